@@ -5,7 +5,7 @@
 
 #include "host/files/mesh_file.h"
 #include "host/scene/scene.h"
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 using namespace knead;
 using Point = Vec3<double>;
 

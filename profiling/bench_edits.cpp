@@ -104,5 +104,5 @@ int main(int argc, char** argv)
                    median(after[e]));
     }
     fmt::print("{} particles left, state {}\n", solver->particles().size(),
-               hexadecimal(audit(solver->particles(), solver->rules().materials, dx).hash));
+               hexadecimal(audit(solver->particles(), solver->config().materials, dx).hash));
 }

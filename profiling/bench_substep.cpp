@@ -12,6 +12,7 @@
 #include <string>
 
 #include "host/bench/ball.h"
+#include "host/solver/editable_simulator.h"
 
 namespace {
 
@@ -37,7 +38,7 @@ double seconds()
     return duration<double>(steady_clock::now().time_since_epoch()).count();
 }
 
-void report(const Solver& solver, std::vector<double>& per_substep, const FrameStats& total,
+void report(const Simulator& solver, std::vector<double>& per_substep, const FrameStats& total,
             double count)
 {
     std::sort(per_substep.begin(), per_substep.end());
@@ -52,7 +53,7 @@ void report(const Solver& solver, std::vector<double>& per_substep, const FrameS
     std::printf("yielded %ld projected %ld clipped %ld confined %ld repaired %ld deepest %.3g m\n",
                 total.yielded, total.projected, total.clipped, total.confined, total.repaired,
                 total.found_depth);
-    for (const StageTime& t : solver.stage_times())
+    for (const StageTime& t : stage_times(solver))
         std::printf("  %-10s %9.2f us in the last frame\n", t.name.c_str(), 1e6 * t.seconds);
     std::printf("hash %016llx\n", static_cast<unsigned long long>(hash_of(solver.particles())));
 }

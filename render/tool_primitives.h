@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 #include "render/painter.h"
 
 namespace knead {

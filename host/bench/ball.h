@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "host/hands/hands.h"
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 
 namespace knead {
 

@@ -165,7 +165,7 @@ class Bench {
 
 // Runs the scene from frame `first` of the hands until the recording ends, an interrupt occurs, or
 // `after`, called after each frame, returns false. Rethrows exceptions of the solver.
-void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
+void drive(const Scene& scene, Simulator& solver, const HandSource* hands, int first,
            const std::function<bool(const FrameResult&)>& after);
 // The same with frames submitted one ahead, optionally with a surface each; surfaces made on the
 // device are not waited for.

@@ -52,8 +52,8 @@ struct Gathered {
     const Times& times() const { return in_contact.frames.empty() ? apart : in_contact; }
 };
 
-void once(const Scene& scene, Solver& solver, const HandSource* hands, const Drive& how, int first,
-          Device device, Gathered& all)
+void once(const Scene& scene, Simulator& solver, const HandSource* hands, const Drive& how,
+          int first, Device device, Gathered& all)
 {
     const double begin = wall_seconds();
     const int every =
@@ -137,7 +137,7 @@ Counted counted_each(const std::vector<StageWork>& stages, double items, const B
     return all;
 }
 
-void drive(const Scene& scene, Solver& solver, const HandSource* hands, int first,
+void drive(const Scene& scene, Simulator& solver, const HandSource* hands, int first,
            const std::function<bool(const FrameResult&)>& after)
 {
     SessionLoopOptions options = loop_options(scene);
@@ -187,12 +187,12 @@ int first_contact(const Scene& scene, const HandSource& hands)
 void Bench::examine(const Scene& scene, const HandSource* hands, int first, int frame,
                     const Drive& how, BenchRow& row)
 {
-    const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+    const std::unique_ptr<Simulator> solver = make_solver(scene.setup, device);
     drive(scene, *solver, hands, first, [&](const FrameResult& f) {
         if (stopped() || f.number < frame) return true;
-        if (how.stages) row.stages = solver->stage_times();
+        if (how.stages) row.stages = stage_times(*solver);
         if (how.counts)
-            row.counted = counted_each(counted([&] { return solver->stage_counts(); }),
+            row.counted = counted_each(counted([&] { return solver->profile()->counts(); }),
                                        double(f.stats.moved), row, facts);
         return false;
     });
@@ -215,12 +215,12 @@ const BenchRow& Bench::measured(const std::string& name, const Scene& scene, con
     Gathered all;
     const double begin = wall_seconds();
     for (int k = 0; k < how.repeats && (k == 0 || wall_seconds() - begin < how.limit); ++k) {
-        const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+        const std::unique_ptr<Simulator> solver = make_solver(scene.setup, device);
         once(scene, *solver, hands.get(), how, first, device, all);
         row.bytes = solver->memory();
         if (k > 0) continue;
         row.hashed_after = all.timed + how.warm_up;
-        if (how.stages && device.kind == DeviceKind::cpu) row.stages = solver->stage_times();
+        if (how.stages && device.kind == DeviceKind::cpu) row.stages = stage_times(*solver);
         const auto last = solver->particles();
         const Audit state = audit(last, scene.setup.materials, scene.setup.lattice.dx);
         row.crowded = crowding(last, scene.setup.materials, scene.setup.lattice.dx).particles;

@@ -129,7 +129,7 @@ struct Ours {
 
 Ours ours(const Bench& bench, const Setup& setup, const PeerOptions& peers)
 {
-    const std::unique_ptr<Solver> solver = make_solver(setup, bench.device);
+    const std::unique_ptr<Simulator> solver = make_solver(setup, bench.device);
     SessionLoopOptions options;
     options.duration = peer_frame, options.rate = 1 / peer_frame, options.frames = peers.frames;
     options.interrupted = [&] { return bench.stopped(); };

@@ -10,7 +10,7 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
                     int frames, bool surfaces)
 {
     constexpr int warm_up = 4;
-    const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+    const std::unique_ptr<Simulator> solver = make_solver(scene.setup, device);
     SessionLoopOptions options = loop_options(scene);
     options.first = first;
     options.frames = std::min(frames + warm_up, frames_wanted(scene, hands, 0) - first);

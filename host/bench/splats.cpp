@@ -176,7 +176,7 @@ void substep_row(Bench& bench, int count)
     row.name = fmt::format("splats: a substep with {} k Gaussians", count / 1000);
     bench.say(row.name);
     row.particles = setup.particles.size(), row.nodes = setup.lattice.size, row.repeats = 1;
-    const std::unique_ptr<Solver> solver = make_solver(setup, bench.device);
+    const std::unique_ptr<Simulator> solver = make_solver(setup, bench.device);
     const double frame = 1.0 / 90;
     std::vector<double> frames, substeps, counts;
     const double begin = wall_seconds();
@@ -196,7 +196,7 @@ void substep_row(Bench& bench, int count)
     if (frames.empty()) return;
     row.frames = int(frames.size()), row.substeps = spread(counts).median;
     row.frame = spread(frames), row.substep = spread(substeps);
-    row.stages = solver->stage_times(), row.bytes = solver->memory();
+    row.stages = stage_times(*solver), row.bytes = solver->memory();
     row.hash = hexadecimal(audit(solver->particles(), setup.materials, setup.lattice.dx).hash);
     bench.add(row);
 }

@@ -90,7 +90,7 @@ void surface_case(Bench& bench, int cells, int nodes)
     row.name = fmt::format("surface: {:.3g} particles, {}^3 nodes",
                            double(scene.setup.particles.size()), nodes);
     bench.say(row.name);
-    const std::unique_ptr<Solver> solver = make_solver(scene.setup, bench.device);
+    const std::unique_ptr<Simulator> solver = make_solver(scene.setup, bench.device);
     drive(scene, *solver, &hands, std::max(0, first_contact(scene, hands)),
           [](const FrameResult& f) { return f.number < 4; });
     if (bench.stopped()) return;

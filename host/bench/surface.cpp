@@ -98,7 +98,7 @@ std::vector<StageWork> surface_counts(const std::vector<Particle<double>>& state
 KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int frames)
 {
     const HandSource hands(hands_of(scene), scene.hands);
-    const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+    const std::unique_ptr<Simulator> solver = make_solver(scene.setup, device);
     const auto made = [&] {
         return std::make_unique<GpuSurface>(scene.setup.particles, scene.setup.materials,
                                             scene.surface, SurfaceRoom{}, device.index);

@@ -137,8 +137,8 @@ double cpu_seconds_of(const Checkpoint& from)
     return from.command.at("cpu_seconds").get<double>();
 }
 
-void load(Solver& solver, const Checkpoint& from, const Scene& scene, SceneSplats& splats,
-          const std::string& file)
+void load(EditableSimulator& solver, const Checkpoint& from, const Scene& scene,
+          SceneSplats& splats, const std::string& file)
 {
     const auto check = [&](const char* what, std::size_t expected, std::size_t found) {
         if (found != expected)
@@ -146,17 +146,15 @@ void load(Solver& solver, const Checkpoint& from, const Scene& scene, SceneSplat
                                          expected, what, found));
     };
     if (!splats.local())  // else the number of particles varies
-        check("particles", scene.setup.particles.size(), from.state.setup.particles.size());
+        check("particles", scene.setup.particles.size(), from.state.contents.particles.size());
     // Splitting and adding splats may have changed the number of Gaussians.
     const bool grown = splats.local() || (scene.upkeep.any() && !scene.setup.gaussians.empty());
     check("Gaussians", grown ? from.splats.count() : scene.setup.gaussians.size(),
-          from.state.setup.gaussians.size());
-    check("splats", from.state.setup.gaussians.size(), from.splats.count());
+          from.state.contents.gaussians.size());
+    check("splats", from.state.contents.gaussians.size(), from.splats.count());
     SavedState state = from.state;
-    state.setup = solver.rules();
-    add_local(state.setup.materials, from.local, scene);
-    state.setup.particles = from.state.setup.particles;
-    state.setup.gaussians = from.state.setup.gaussians;
+    state.config = solver.config();
+    add_local(state.config.materials, from.local, scene);
     try {
         splats.set_state(from.splats, from.local);
         solver.load(state);

@@ -20,7 +20,7 @@ double cpu_seconds_of(const Checkpoint& from);
 
 // Restores the checkpoint's state in `solver` and `splats`, both made from `scene`, the rebuilt
 // scene of the run. Throws InputError if they do not match.
-void load(Solver& solver, const Checkpoint& from, const Scene& scene, SceneSplats& splats,
-          const std::string& file);
+void load(EditableSimulator& solver, const Checkpoint& from, const Scene& scene,
+          SceneSplats& splats, const std::string& file);
 
 }  // namespace knead

@@ -63,11 +63,11 @@ class Session {
     void prepare();
     void clear();
     void open_writer();
-    void keep_splats(RunObserver& watch, Solver& solver, Device device);
-    void keep_checkpoints(RunObserver& watch, const Solver& solver, Device device);
-    void watch(RunObserver& watch, Progress& progress, const Solver& solver);
-    void write(const RunRecord& record, const Solver& solver);
-    void write_cloud(const std::string& to, const Solver& solver) const;
+    void keep_splats(RunObserver& watch, Simulator& solver, Device device);
+    void keep_checkpoints(RunObserver& watch, const Simulator& solver, Device device);
+    void watch(RunObserver& watch, Progress& progress, const Simulator& solver);
+    void write(const RunRecord& record, const Simulator& solver);
+    void write_cloud(const std::string& to, const Simulator& solver) const;
     void note(const std::string& text) const
     {
         if (!o.quiet) std::fprintf(stderr, "knead: %s\n", text.c_str());
@@ -160,7 +160,7 @@ void Session::clear()
 }
 
 // Checkpoints; write errors do not end the run.
-void Session::keep_checkpoints(RunObserver& watch, const Solver& solver, Device device)
+void Session::keep_checkpoints(RunObserver& watch, const Simulator& solver, Device device)
 {
     run_options.checkpoint = o.checkpoint.value_or(60);
     if (o.out.empty() || (o.checkpoint && *o.checkpoint == 0)) return;
@@ -177,7 +177,7 @@ void Session::keep_checkpoints(RunObserver& watch, const Solver& solver, Device 
     }
     const std::string name =
         device.kind == DeviceKind::cpu ? "cpu" : fmt::format("cuda:{}", device.index);
-    watch.checkpoint = [this, &solver, name](const RunRecord& record) {
+    watch.checkpoint = [this, &solver = *solver.editable(), name](const RunRecord& record) {
         const double begin = wall_seconds();
         try {
             const Json command = command_of(o, name, process_seconds() - cpu_before, scene);
@@ -192,7 +192,7 @@ void Session::keep_checkpoints(RunObserver& watch, const Solver& solver, Device 
     };
 }
 
-void Session::keep_splats(RunObserver& watch, Solver& solver, Device device)
+void Session::keep_splats(RunObserver& watch, Simulator& solver, Device device)
 {
     if (!splats->changes()) return;
     if (device.kind == DeviceKind::cpu_double) {
@@ -202,7 +202,7 @@ void Session::keep_splats(RunObserver& watch, Solver& solver, Device device)
         return;
     }
     watch.upkeep = [this, &solver](const FrameResult& frame) {
-        return splats->after(frame.number, frame.motion, solver);
+        return splats->after(frame.number, frame.motion, *solver.editable());
     };
 }
 
@@ -231,7 +231,7 @@ void Session::open_writer()
     }
 }
 
-void Session::watch(RunObserver& watch, Progress& progress, const Solver& solver)
+void Session::watch(RunObserver& watch, Progress& progress, const Simulator& solver)
 {
     watch.frame = [&](const FrameRow& row) {
         if (o.verbose && !o.quiet) {
@@ -274,14 +274,14 @@ void Session::attempt(const std::string& name, const std::function<void(const st
 
 // In the scene's coordinates, rotated by half a turn about x: axes of clouds point right, down,
 // forward.
-void Session::write_cloud(const std::string& to, const Solver& solver) const
+void Session::write_cloud(const std::string& to, const Simulator& solver) const
 {
     const Quat<double> turn{0, 1, 0, 0};
     const SplatCloud cloud = deformed(splats->drawn(), solver.gaussians());
     write_splats(to, placed(cloud, turn, 1, rotate(turn, scene.origin)));
 }
 
-void Session::write(const RunRecord& record, const Solver& solver)
+void Session::write(const RunRecord& record, const Simulator& solver)
 {
     const bool files = !o.out.empty();
     splats->refresh();
@@ -345,7 +345,7 @@ int Session::run()
         hands = std::make_unique<HandSource>(recording, scene.hands);
         replay = replay_of(scene, recording, [this](const std::string& text) { note(text); });
     }
-    const std::unique_ptr<Solver> solver = make_solver(scene.setup, device);
+    const std::unique_ptr<Simulator> solver = make_solver(scene.setup, device);
     facts.solver = solver->name();
     run_options.audit_every = o.audit_every > 0                 ? o.audit_every
                               : device.kind == DeviceKind::cuda ? 10
@@ -353,7 +353,7 @@ int Session::run()
     RunObserver watching;
     keep_splats(watching, *solver, device);
     keep_checkpoints(watching, *solver, device);
-    if (earlier) load(*solver, *earlier, scene, *splats, in_folder(checkpoint_name));
+    if (earlier) load(*solver->editable(), *earlier, scene, *splats, in_folder(checkpoint_name));
     clear();
     open_writer();
     const std::vector<std::string> rest = left_out(scene, run_options);

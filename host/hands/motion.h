@@ -5,7 +5,7 @@
 
 #include "host/hands/filter.h"
 #include "host/hands/hands_options.h"
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 
 namespace knead {
 

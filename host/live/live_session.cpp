@@ -323,7 +323,7 @@ void LiveSession::set_gravity(Vec3<double> gravity)
     HandAction action;
     action.gravity = gravity;
     record_action(action, ActionType::gravity);
-    edit_clay([gravity](Solver& solver) { solver.set_gravity(gravity); }, false);
+    edit_clay([gravity](EditableSimulator& solver) { solver.set_gravity(gravity); }, false);
 }
 
 void LiveSession::set_surface(int nodes)
@@ -339,7 +339,7 @@ void LiveSession::move_clay(int object, const RigidMotion<double>& motion)
     HandAction action;
     action.object = object, action.motion = motion;
     record_action(action, ActionType::move);
-    edit([object, motion](Solver& solver) { solver.move(object, motion); });
+    edit([object, motion](EditableSimulator& solver) { solver.move(object, motion); });
 }
 
 void LiveSession::set_material(int object, const Material<double>& material)
@@ -353,7 +353,7 @@ void LiveSession::set_material(int object, const Material<double>& material)
     });
 }
 
-bool LiveSession::inspect_solver(const std::function<void(const Solver&)>& inspect)
+bool LiveSession::inspect_solver(const std::function<void(const Simulator&)>& inspect)
 {
     bool seen = false;
     post([this, &inspect, &seen] {
@@ -368,10 +368,11 @@ bool LiveSession::inspect_solver(const std::function<void(const Solver&)>& inspe
 ClayDigest LiveSession::digest()
 {
     ClayDigest found;
-    inspect_solver([&](const Solver& solver) {
-        const Setup& rules = solver.rules();
+    inspect_solver([&](const Simulator& solver) {
+        const EditableSimulator* edited = solver.editable();
+        const SimulationConfig& config = edited ? edited->config() : scene->scene.setup;
         const std::vector<Particle<double>> particles = solver.particles();
-        found.hash = hexadecimal(audit(particles, rules.materials, rules.lattice.dx).hash);
+        found.hash = hexadecimal(audit(particles, config.materials, config.lattice.dx).hash);
         found.particles = long(particles.size());
     });
     return found;

@@ -45,7 +45,7 @@ std::vector<std::string> fitting_settings(const std::string& path,
 std::vector<int> splat_categories(const Scene& scene);
 
 struct LiveOptions {
-    std::function<std::unique_ptr<Solver>(const Setup&)> make;  // creates the solver of a scene
+    std::function<std::unique_ptr<Simulator>(const Setup&)> make;  // creates the solver of a scene
     // True: time is set by advance_to(); frames are never cut, and equal hands give equal bits.
     // False: real time.
     bool stepped = false;
@@ -203,7 +203,7 @@ class LiveSession {
     void settle();
     // Calls `look` with the solver on the session's thread and returns after the call; false if
     // there is no solver.
-    bool inspect_solver(const std::function<void(const Solver&)>& inspect);
+    bool inspect_solver(const std::function<void(const Simulator&)>& inspect);
     ClayDigest digest();
     // Stepped sessions: simulates all frames that end at or before `time` [s], then returns. Throws
     // std::logic_error in real time.

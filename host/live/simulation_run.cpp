@@ -13,18 +13,6 @@
 #include "render/tool_primitives.h"
 
 namespace knead {
-namespace {
-
-bool takes_edits(const Solver& solver)
-{
-    try {
-        return !solver.rules().materials.empty();
-    } catch (const std::logic_error&) {
-        return false;
-    }
-}
-
-}  // namespace
 
 SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOptions& by,
                              double start, std::function<double()> clock,
@@ -33,6 +21,7 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
       options(by),
       now(std::move(clock)),
       solver(options.make(scene->scene.setup)),
+      editable(solver->editable()),
       splats(scene->scene, scene->splats),
       hands(scene->scene.hands),
       tools{scene->scene.setup.rig, scene->scene.setup.tools},
@@ -43,7 +32,7 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
       particles(scene->scene.setup.particles.size())
 {
     for (const Object& object : scene->scene.objects) materials.push_back(object.material);
-    if (splats.local() && !takes_edits(*solver))
+    if (splats.local() && !editable)
         throw std::invalid_argument(solver->name() + " has no local clay");
     if (splats.drawn().count() > 0) drawn = splats.picture();
     make_sources();
@@ -65,9 +54,9 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
 // each: first touch of memory, surfaces, graphs, kernels. The state is restored afterwards.
 void SimulationRun::rehearse()
 {
-    if (options.stepped || !takes_edits(*solver)) return;
+    if (options.stepped || !editable) return;
     if (particles > 0) rehearse_frames(far_away(no_motion()));
-    if (splats.rehearse(*solver, [this](const Motion& away) { rehearse_frames(away); })) {
+    if (splats.rehearse(*editable, [this](const Motion& away) { rehearse_frames(away); })) {
         clay_changed(), splats_changed();
         particles = scene->scene.setup.particles.size();
     }
@@ -162,7 +151,7 @@ void SimulationRun::after(const FrameResult& frame)
         trouble = fmt::format("frame {}: {} particles had to be put back", frame.number,
                               frame.stats.repaired);
         loop->stop(End::numbers);
-    } else if (splats.changes() && takes_edits(*solver)) {
+    } else if (splats.changes() && editable) {
         keep_splats(frame);
     }
     if (!frame.stats.cut) return;
@@ -179,16 +168,16 @@ void SimulationRun::keep_splats(const FrameResult& frame)
 {
     PagingReport report;
     if (options.stepped) {
-        report = splats.after(frame.number, frame.motion, *solver);
+        report = splats.after(frame.number, frame.motion, *editable);
     } else {
         adopt_plan(report);
-        splats.follow_hands(frame.motion, report, *solver);
+        splats.follow_hands(frame.motion, report, *editable);
     }
     if (report.clay_changed()) clay_changed();
     if (report.any()) splats_changed();
     if (options.stepped) return;
     if (report.cubes_activated == 0)  // freezing is not urgent
-        splats.begin_leaving(frame.number, frame.motion, *solver);
+        splats.begin_leaving(frame.number, frame.motion, *editable);
     begin_plan(frame.number);
 }
 
@@ -213,7 +202,7 @@ void SimulationRun::adopt_plan(PagingReport& report)
     if (splats.leaving()) return;
     if (!plan.valid() || plan.wait_for(0s) != std::future_status::ready) return;
     UpkeepPlan made = plan.get();
-    if (edits == planned_edits) splats.adopt(std::move(made), report, *solver);
+    if (edits == planned_edits) splats.adopt(std::move(made), report, *editable);
 }
 
 void SimulationRun::begin_plan(int frame)
@@ -221,8 +210,8 @@ void SimulationRun::begin_plan(int frame)
     if (plan.valid() || splats.leaving() || !splats.upkeep().due(frame)) return;
     planned_edits = edits;
     plan = std::async(std::launch::async,
-                      [of = solver.get(), then = solver->snapshot(), task = splats.upkeep().task(),
-                       rules = solver->rules()] { return task.plan(of->held(*then), rules); });
+                      [of = editable, then = editable->snapshot(), task = splats.upkeep().task(),
+                       config = editable->config()] { return task.plan(of->held(*then), config); });
 }
 
 std::string SimulationRun::frame(bool shown)
@@ -280,7 +269,7 @@ void SimulationRun::skip_to(double to)
 void SimulationRun::set_hands(const HandsOptions& by)
 {
     HandTools made = hand_tools(by);
-    edit([&](Solver& s) { s.set_tools(made.rig, made.tools); }, false);
+    edit([&](EditableSimulator& s) { s.set_tools(made.rig, made.tools); }, false);
     splats.set_rig(made.rig);
     tools = std::move(made);
     const bool alike = move_alike(by, hands);
@@ -299,9 +288,9 @@ void SimulationRun::play(bool on)
 void SimulationRun::edit(const Edit& change, bool reshapes)
 {
     std::exception_ptr refused;
-    if (splats.end_leaving(*solver)) clay_changed(), splats_changed();
+    if (editable && splats.end_leaving(*editable)) clay_changed(), splats_changed();
     ++edits;
-    loop->edit([&](Solver& s) {
+    loop->edit([&](EditableSimulator& s) {
         try {
             change(s);
         } catch (...) {
@@ -326,7 +315,7 @@ void SimulationRun::set_surface(int nodes)
 
 void SimulationRun::set_material(int object, const Material<double>& material)
 {
-    edit([&](Solver& s) { splats.set_material(object, material, s); }, false);
+    edit([&](EditableSimulator& s) { splats.set_material(object, material, s); }, false);
     if (std::size_t(object) < materials.size()) materials[std::size_t(object)] = material;
 }
 
@@ -335,7 +324,7 @@ void SimulationRun::publish(LiveState& state)
     state.scene = scene;
     state.time = time;
     state.frame = loop->last();
-    if (!solver->clay()) state.stages = solver->stage_times();
+    if (!solver->clay()) state.stages = stage_times(*solver);
     state.meshes = meshes, state.on_device = on_device;
     state.mesh_version = mesh_version, state.mesh_instant = mesh_instant;
     state.surface = loop->surface_options();

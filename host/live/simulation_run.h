@@ -43,7 +43,7 @@ class SimulationRun {
 
     // Fills the members of a state that describe the simulation.
     void publish(LiveState& state);
-    const Solver& of() const { return *solver; }
+    const Simulator& of() const { return *solver; }
     double lost() const { return lost_time; }
     double period() const { return 1 / scene->scene.frame_rate; }             // [s]
     double simulated_period() const { return frame_duration(scene->scene); }  // [s]
@@ -67,7 +67,8 @@ class SimulationRun {
     const std::shared_ptr<const LiveScene> scene;
     const LiveOptions& options;
     const std::function<double()> now;
-    std::unique_ptr<Solver> solver;
+    std::unique_ptr<Simulator> solver;
+    EditableSimulator* const editable;  // `solver`; null: takes no edits
     SceneSplats splats;
     std::shared_ptr<const SplatCloud> drawn;  // snapshot of `splats`; null: there are none
     long splat_version = 0;

@@ -121,7 +121,7 @@ std::vector<LocalClay::Key> LocalClay::around(const std::vector<Key>& cubes) con
     return keys;
 }
 
-void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Solver& solver)
+void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, EditableSimulator& solver)
 {
     const std::vector<Key> near = around(wanted);
     standing.fit_patches(near, state_.cloud, state_.normal, boxes);
@@ -145,7 +145,7 @@ void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Solver&
 }
 
 // Attaches the frozen splats of all active cubes to their clay.
-void LocalClay::take_splats(Solver& solver)
+void LocalClay::take_splats(EditableSimulator& solver)
 {
     struct Part {
         const std::vector<std::uint32_t>& slots;
@@ -182,7 +182,7 @@ void LocalClay::take_splats(Solver& solver)
     solver.edit_gaussians(edits);
 }
 
-void LocalClay::set_material(int object, const Material<double>& to, Solver& solver)
+void LocalClay::set_material(int object, const Material<double>& to, EditableSimulator& solver)
 {
     if (object != ground) return;
     material = to;
@@ -214,7 +214,7 @@ std::vector<LocalClay::Key> LocalClay::wanted_for(const Boxes& boxes) const
     return missing(reach + slack_cells / 2 * dx);
 }
 
-LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver)
+LocalReport LocalClay::after(int frame, const Motion& motion, EditableSimulator& solver)
 {
     std::size_t back = 0;
     if (frame % frames_apart == 0) {
@@ -226,7 +226,7 @@ LocalReport LocalClay::after(int frame, const Motion& motion, Solver& solver)
     return report;
 }
 
-LocalReport LocalClay::follow(const Motion& motion, Solver& solver)
+LocalReport LocalClay::follow(const Motion& motion, EditableSimulator& solver)
 {
     LocalReport report;
     report.frozen = end_leaving(solver, false);
@@ -260,7 +260,7 @@ Motion LocalClay::over_ground() const
     return motion;
 }
 
-void LocalClay::begin_leaving(int frame, const Motion& motion, Solver& solver)
+void LocalClay::begin_leaving(int frame, const Motion& motion, EditableSimulator& solver)
 {
     if (frame % frames_apart == 0 && !leaving()) begin_leaving(left_by(boxes_of(motion)), solver);
 }

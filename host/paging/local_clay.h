@@ -30,17 +30,17 @@ class LocalClay {
     // Call after frame `frame`. Activates cubes near the positions that the tools reach at the end
     // of the next frame if `motion` continues; every 32 frames freezes the cubes that all tools
     // have left.
-    LocalReport after(int frame, const Motion& motion, Solver& solver);
+    LocalReport after(int frame, const Motion& motion, EditableSimulator& solver);
     // Asynchronous variant: begin_leaving() starts a thread that computes the frozen positions; a
     // later follow() removes the cubes. Call begin_leaving() after show() of the same frame, and
     // only if follow() has activated nothing: from then on the thread owns the frozen splats.
-    LocalReport follow(const Motion& motion, Solver& solver);
-    void begin_leaving(int frame, const Motion& motion, Solver& solver);
+    LocalReport follow(const Motion& motion, EditableSimulator& solver);
+    void begin_leaving(int frame, const Motion& motion, EditableSimulator& solver);
     // True while cubes are being frozen. Meanwhile the solver's Gaussians must not be edited and
     // clay must not be removed elsewhere.
     bool leaving() const { return evicting.valid(); }
     // Waits for the thread and removes the cubes. Returns whether any were being frozen.
-    bool end_leaving(Solver& solver) { return end_leaving(solver, true) > 0; }
+    bool end_leaving(EditableSimulator& solver) { return end_leaving(solver, true) > 0; }
 
     // A motion that holds all joints at the splat nearest to the middle of the domain; empty if
     // there is no splat between the walls.
@@ -49,7 +49,7 @@ class LocalClay {
     // Replaces the tools.
     void set_rig(const Rig& by) { rig = by; }
     // Sets the material of active and future clay. No effect unless `object` is the local clay.
-    void set_material(int object, const Material<double>& material, Solver& solver);
+    void set_material(int object, const Material<double>& material, EditableSimulator& solver);
 
     // The functions below, except set_state(), throw std::logic_error while leaving().
     const LocalState& state() const { return settled(); }
@@ -71,8 +71,8 @@ class LocalClay {
     std::vector<Key> cubes_near(const Boxes& boxes, double reach) const;
     std::vector<Key> around(const std::vector<Key>& cubes) const;
     void put(std::uint32_t splat);
-    void take(const std::vector<Key>& wanted, const Boxes& boxes, Solver& solver);
-    void take_splats(Solver& solver);
+    void take(const std::vector<Key>& wanted, const Boxes& boxes, EditableSimulator& solver);
+    void take_splats(EditableSimulator& solver);
     std::vector<Key> wanted_for(const Boxes& boxes) const;
     std::vector<Key> left_by(const Boxes& boxes) const;
 
@@ -84,8 +84,8 @@ class LocalClay {
     };
     const LocalState& settled() const;
     bool leaves(Key cube) const;
-    std::size_t begin_leaving(std::vector<Key> cubes, Solver& solver);
-    std::size_t end_leaving(Solver& solver, bool now);
+    std::size_t begin_leaving(std::vector<Key> cubes, EditableSimulator& solver);
+    std::size_t end_leaving(EditableSimulator& solver, bool now);
     EvictResult settle(const CarriedSplats& carried, SomeGaussians back, std::vector<int> objects);
     void put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
                 const std::vector<Gaussian<double>>& as);
@@ -96,7 +96,7 @@ class LocalClay {
                                                          const class LocalSurface& surface,
                                                          const Cells& there) const;
     void add_clay(const std::vector<Key>& cubes, std::vector<std::vector<Particle<double>>> found,
-                  Solver& solver);
+                  EditableSimulator& solver);
     bool between_walls(Vec3<double> x) const;
 
     Rig rig;

@@ -58,7 +58,7 @@ bool LocalClay::leaves(Key cube) const
 }
 
 // Returns the number of cubes that were empty and are frozen at once.
-std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, Solver& solver)
+std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, EditableSimulator& solver)
 {
     std::vector<int> objects;
     for (const Key key : cubes)
@@ -79,7 +79,7 @@ std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, Solver& solver)
 }
 
 // Returns the number of cubes frozen: 0 if the thread is still running and `now` is false.
-std::size_t LocalClay::end_leaving(Solver& solver, bool now)
+std::size_t LocalClay::end_leaving(EditableSimulator& solver, bool now)
 {
     using namespace std::chrono_literals;
     if (!leaving() || (!now && evicting.wait_for(0s) != std::future_status::ready)) return 0;

@@ -80,7 +80,8 @@ std::vector<std::vector<Particle<double>>> LocalClay::all_seeds(const std::vecto
 
 // Adds the clay of these cubes, each as its own object; empty cubes are recorded as -1.
 void LocalClay::add_clay(const std::vector<Key>& cubes,
-                         std::vector<std::vector<Particle<double>>> found, Solver& solver)
+                         std::vector<std::vector<Particle<double>>> found,
+                         EditableSimulator& solver)
 {
     std::vector<Key> filled;
     for (std::size_t k = 0; k < cubes.size(); ++k) {

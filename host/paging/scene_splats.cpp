@@ -51,9 +51,10 @@ void SceneSplats::set_rig(const Rig& rig)
     if (local()) around_hands->set_rig(rig);
 }
 
-void SceneSplats::set_material(int object, const Material<double>& material, Solver& solver)
+void SceneSplats::set_material(int object, const Material<double>& material,
+                               EditableSimulator& solver)
 {
-    const auto& there = solver.rules().materials;
+    const auto& there = solver.config().materials;
     if (object < 0 || std::size_t(object) >= there.size())
         throw std::invalid_argument("there is no object " + std::to_string(object));
     if (const auto fault = fault_of(stated(material))) throw std::invalid_argument(fault->text());
@@ -81,7 +82,7 @@ void add(const LocalReport& now, PagingReport& report)
 
 }  // namespace
 
-PagingReport SceneSplats::after(int frame, const Motion& motion, Solver& solver)
+PagingReport SceneSplats::after(int frame, const Motion& motion, EditableSimulator& solver)
 {
     PagingReport report;
     add(moving.after(frame, solver), report);
@@ -89,17 +90,19 @@ PagingReport SceneSplats::after(int frame, const Motion& motion, Solver& solver)
     return report;
 }
 
-void SceneSplats::adopt(UpkeepPlan plan, PagingReport& report, Solver& solver)
+void SceneSplats::adopt(UpkeepPlan plan, PagingReport& report, EditableSimulator& solver)
 {
     add(moving.adopt(std::move(plan), solver), report);
 }
 
-void SceneSplats::follow_hands(const Motion& motion, PagingReport& report, Solver& solver)
+void SceneSplats::follow_hands(const Motion& motion, PagingReport& report,
+                               EditableSimulator& solver)
 {
     if (local()) add(around_hands->follow(motion, solver), report);
 }
 
-bool SceneSplats::rehearse(Solver& solver, const std::function<void(const Motion& away)>& frames)
+bool SceneSplats::rehearse(EditableSimulator& solver,
+                           const std::function<void(const Motion& away)>& frames)
 {
     if (!local()) return false;
     Motion motion = around_hands->over_ground();
@@ -113,7 +116,7 @@ bool SceneSplats::rehearse(Solver& solver, const std::function<void(const Motion
     return true;
 }
 
-void SceneSplats::begin_leaving(int frame, const Motion& motion, Solver& solver)
+void SceneSplats::begin_leaving(int frame, const Motion& motion, EditableSimulator& solver)
 {
     if (local()) around_hands->begin_leaving(frame, motion, solver);
 }

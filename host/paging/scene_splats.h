@@ -31,29 +31,32 @@ class SceneSplats {
 
     // Call after frame `frame`, with the motion of its tools: splits and adds splats where needed,
     // activates and freezes cubes of local clay.
-    PagingReport after(int frame, const Motion& motion, Solver& solver);
+    PagingReport after(int frame, const Motion& motion, EditableSimulator& solver);
     // The same in parts, for callers that plan splats on a thread while frames run. First adopt()
     // the result of a task of upkeep(), unless leaving(). Then activate cubes. Last, after
     // refresh() and only in frames that have activated no cube, begin to freeze cubes: from then on
     // a thread owns the frozen splats.
-    void follow_hands(const Motion& motion, PagingReport& report, Solver& solver);
-    void begin_leaving(int frame, const Motion& motion, Solver& solver);
+    void follow_hands(const Motion& motion, PagingReport& report, EditableSimulator& solver);
+    void begin_leaving(int frame, const Motion& motion, EditableSimulator& solver);
     // Warm-up: activates cubes and freezes them again, so that memory, graphs and threads exist
     // when hands arrive. `frames` is called in between with a motion of hands that are far away,
     // and must leave the solver unchanged. Afterwards splats and clay are as before, but count as
     // edited: call refresh(). Returns false if there is no local clay.
-    bool rehearse(Solver& solver, const std::function<void(const Motion& away)>& frames);
+    bool rehearse(EditableSimulator& solver, const std::function<void(const Motion& away)>& frames);
     bool leaving() const { return local() && around_hands->leaving(); }
     // Waits for the cubes being frozen and removes them from the solver; true if there were any.
-    bool end_leaving(Solver& solver) { return leaving() && around_hands->end_leaving(solver); }
+    bool end_leaving(EditableSimulator& solver)
+    {
+        return leaving() && around_hands->end_leaving(solver);
+    }
     const SplatUpkeep& upkeep() const { return moving; }
-    void adopt(UpkeepPlan plan, PagingReport& report, Solver& solver);
+    void adopt(UpkeepPlan plan, PagingReport& report, EditableSimulator& solver);
     // Replaces the tools.
     void set_rig(const Rig& rig);
     // Sets the material of an object, in the solver too, softened by the scene's
     // `step.soften_beyond`. Throws std::invalid_argument for an unknown object or an invalid
     // material.
-    void set_material(int object, const Material<double>& material, Solver& solver);
+    void set_material(int object, const Material<double>& material, EditableSimulator& solver);
 
     // All splats as of the last refresh(): in the order of the solver's Gaussians, then the frozen
     // ones.

@@ -106,8 +106,8 @@ Json facts_json(const Checkpoint& c)
             {"depths", depths_json(c.record.depths)},
             {"frames_wanted", c.record.frames_wanted},
             {"wall", c.record.wall},
-            {"particles", s.setup.particles.size()},
-            {"gaussians", s.setup.gaussians.size()},
+            {"particles", s.contents.particles.size()},
+            {"gaussians", s.contents.gaussians.size()},
             {"splats", c.splats.count()},
             {"still", c.local.cloud.count()},
             {"home", c.local.slot_of.size()},
@@ -146,12 +146,12 @@ std::string body_of(const Checkpoint& c)
 {
     const SavedState& s = c.state;
     std::string body;
-    body.reserve(s.setup.particles.size() * (particle_bytes + sizeof(int)) +
+    body.reserve(s.contents.particles.size() * (particle_bytes + sizeof(int)) +
                  s.quiet.size() * sizeof(int) + s.sliding.size() * sliding_bytes +
-                 s.setup.gaussians.size() * gaussian_bytes +
+                 s.contents.gaussians.size() * gaussian_bytes +
                  (c.splats.count() + c.local.cloud.count()) *
                      (splat_bytes(c.splats.cloud.degree) + local_bytes));
-    for (const Particle<double>& p : s.setup.particles) {
+    for (const Particle<double>& p : s.contents.particles) {
         each_float(p, [&](double number) { append(body, float(number)); });
         append(body, p.object), append(body, p.sides);
     }
@@ -160,7 +160,7 @@ std::string body_of(const Checkpoint& c)
     for (const SlidingNode& n : s.sliding)
         append(body, n.place), append(body, n.force), append(body, n.time),
             append(body, n.impulse_deficit);
-    for (const Gaussian<double>& g : s.setup.gaussians) {
+    for (const Gaussian<double>& g : s.contents.gaussians) {
         each_float_of(g, [&](double number) { append(body, float(number)); });
         append(body, g.object), append(body, g.sides);
     }
@@ -199,10 +199,10 @@ void take_body(Checkpoint& c, const Counts& n, const char* from)
         float rounded;
         taker.take(rounded), number = rounded;
     };
-    s.setup.gaussians.resize(n.gaussians);
-    s.setup.particles.resize(n.particles), s.order.resize(n.particles), s.quiet.resize(n.quiet);
+    s.contents.gaussians.resize(n.gaussians);
+    s.contents.particles.resize(n.particles), s.order.resize(n.particles), s.quiet.resize(n.quiet);
     s.sliding.resize(n.sliding);
-    for (Particle<double>& p : s.setup.particles) {
+    for (Particle<double>& p : s.contents.particles) {
         each_float(p, take_float);
         taker.take(p.object), taker.take(p.sides);
     }
@@ -211,7 +211,7 @@ void take_body(Checkpoint& c, const Counts& n, const char* from)
     for (SlidingNode& one : s.sliding)
         taker.take(one.place), taker.take(one.force), taker.take(one.time),
             taker.take(one.impulse_deficit);
-    for (Gaussian<double>& g : s.setup.gaussians) {
+    for (Gaussian<double>& g : s.contents.gaussians) {
         each_float_of(g, take_float);
         taker.take(g.object), taker.take(g.sides);
     }

@@ -55,7 +55,7 @@ Timing substep_time(const Setup& setup, Device device)
     constexpr double batch = 4e-3, enough = 0.3;  // [s]
     constexpr std::size_t fewest = 3, most = 7;   // batches
     const double dt = setup.step.fixed;
-    const std::unique_ptr<Solver> solver = make_solver(setup, device);
+    const std::unique_ptr<Simulator> solver = make_solver(setup, device);
     const auto seconds_of = [&](int count) {
         const double start = wall_seconds();
         const int done = solver->advance({}, count * dt).substeps;

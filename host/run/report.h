@@ -11,7 +11,7 @@ namespace knead {
 
 // Facts for the report that are not in RunRecord.
 struct RunInfo {
-    std::string solver;                  // Solver::name()
+    std::string solver;                  // Simulator::name()
     int threads = 0;                     // requested; 0: all
     double cpu_seconds = 0;              // of the whole process during the loop
     double hand_rate = 0;                // of the recording [1/s]; 0: no hands

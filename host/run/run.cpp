@@ -34,7 +34,8 @@ std::vector<Mesh> moved_out(const Scene& scene, std::vector<Mesh> meshes)
 // The watchers of the loop; each fills its part of the frame's row.
 class Run {
   public:
-    Run(const Scene& scene_, Solver& solver_, SessionLoop& loop_, const BatchRunOptions& options_)
+    Run(const Scene& scene_, Simulator& solver_, SessionLoop& loop_,
+        const BatchRunOptions& options_)
         : scene(scene_), solver(solver_), loop(loop_), options(options_)
     {
     }
@@ -143,7 +144,7 @@ class Run {
         row.state = audit(*now, loop.materials(), scene.setup.lattice.dx, solver.velocities());
         row.crowding = crowding(*now, loop.materials(), scene.setup.lattice.dx);
         record.particles = std::max(record.particles, now->size());
-        row.stages = solver.stage_times();
+        row.stages = stage_times(solver);
         const std::vector<double> inside = solver.penetration();
         record.depths.add(inside);
         row.left = depths_of(inside);
@@ -171,7 +172,7 @@ class Run {
     }
 
     const Scene& scene;
-    Solver& solver;
+    Simulator& solver;
     SessionLoop& loop;
     const BatchRunOptions& options;
 };
@@ -179,7 +180,8 @@ class Run {
 // Writes checkpoints: the solver's state between two frames, and the record at that time.
 class Keeper {
   public:
-    Keeper(Solver& solver_, Run& run_, const BatchRunOptions& options_, const RunObserver& watch_)
+    Keeper(EditableSimulator* solver_, Run& run_, const BatchRunOptions& options_,
+           const RunObserver& watch_)
         : solver(solver_), run(run_), options(options_), watch(watch_), before(run.record.wall)
     {
     }
@@ -195,7 +197,7 @@ class Keeper {
         // Begins early by the duration of the last write, so that it is complete when due.
         if (wall_seconds() - saved + took >= options.checkpoint) keep(run.record);
         // Frames are cut short on the CPU only, where snapshots are cheap.
-        if (!solver.clay()) whole = solver.snapshot(), depths = run.record.depths;
+        if (!solver->clay()) whole = solver->snapshot(), depths = run.record.depths;
     }
 
     // At the end of a stopped run. A frame that was cut short is recomputed by the later run.
@@ -207,7 +209,7 @@ class Keeper {
         if (!last.stats.cut || !whole) return;
         RunRecord until = run.record;
         until.rows.pop_back(), until.depths = depths;
-        solver.restore(*whole);
+        solver->restore(*whole);
         keep(until);
     }
 
@@ -220,7 +222,7 @@ class Keeper {
         took = wall_seconds() - saved;
     }
 
-    Solver& solver;
+    EditableSimulator* const solver;  // null: keeps none
     Run& run;
     const BatchRunOptions& options;
     const RunObserver& watch;
@@ -267,7 +269,7 @@ int frames_wanted(const Scene& scene, const HandSource* hands, int requested)
     return int(std::clamp(std::ceil(seconds * scene.frame_rate - 1e-6), 1.0, 1e7));
 }
 
-RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
+RunRecord run_frames(const Scene& scene, Simulator& solver, const HandSource* hands,
                      const BatchRunOptions& options, const RunObserver& watch,
                      const RunRecord* earlier)
 {
@@ -277,7 +279,9 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
     by.most_substeps = scene.most_substeps;
     by.part = watch.part;
     if (earlier) by.done = int(earlier->rows.size());
-    if (earlier) by.materials = solver.rules().materials;  // including clay added since the start
+    if (earlier)
+        by.materials =
+            solver.editable()->config().materials;  // including clay added since the start
     by.interrupted = [&] { return interrupted() || (watch.stop && watch.stop()); };
     SessionLoop loop(solver, watch.motion ? watch.motion : recorded_motion(hands, scene.hands), by);
     Run run(scene, solver, loop, options);
@@ -299,7 +303,7 @@ RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands
             if (run.shown(f) && run.record.rows.back().meshed) run.show(f, *loop.meshes(), watch);
         });
     loop.observe([&](const FrameResult& f) { run.hand_out(f, watch); });
-    Keeper keeper(solver, run, options, watch);
+    Keeper keeper(solver.editable(), run, options, watch);
     if (watch.checkpoint) loop.observe([&](const FrameResult& f) { keeper.after(f); });
     if (watch.edits) loop.observe([&](const FrameResult& f) { watch.edits(f.number, loop); });
     run.start();

@@ -90,7 +90,7 @@ int frames_wanted(const Scene& scene, const HandSource* hands, int requested);
 
 // Runs the scene. Precondition: `solver` was made of scene.setup. `hands` may be null. `earlier`:
 // record of a checkpoint to resume from; the solver must be in the state saved with it.
-RunRecord run_frames(const Scene& scene, Solver& solver, const HandSource* hands,
+RunRecord run_frames(const Scene& scene, Simulator& solver, const HandSource* hands,
                      const BatchRunOptions& options, const RunObserver& watch,
                      const RunRecord* earlier = nullptr);
 

@@ -9,7 +9,7 @@
 #include "cuda/mpm/material_data.h"
 #include "host/hands/hands_options.h"
 #include "host/scene/captions.h"
-#include "host/solver/solver.h"
+#include "host/solver/setup.h"
 #include "host/splats/upkeep.h"
 #include "host/surface/mesh.h"
 

@@ -30,7 +30,7 @@ void ActionReplay::begin_hands(double after)
     source = stream_motion(stream, options);
 }
 
-void ActionReplay::perform(const HandAction& action, int number, Solver& solver,
+void ActionReplay::perform(const HandAction& action, int number, EditableSimulator& solver,
                            SceneSplats& splats)
 {
     switch (action.act) {
@@ -70,14 +70,15 @@ void ActionReplay::before_frame(int number, SessionLoop& loop, SceneSplats& spla
 {
     const double end = (number + 1) / rate;
     for (; next < actions.size() && actions[next].time + rounding < end; ++next)
-        loop.edit([this, number, &splats, refused, &action = actions[next]](Solver& solver) {
-            try {
-                perform(action, number, solver, splats);
-            } catch (const std::exception& e) {
-                refused(fmt::format("what was done at {:.6g} s is refused, as it was then: {}",
-                                    action.time, e.what()));
-            }
-        });
+        loop.edit(
+            [this, number, &splats, refused, &action = actions[next]](EditableSimulator& solver) {
+                try {
+                    perform(action, number, solver, splats);
+                } catch (const std::exception& e) {
+                    refused(fmt::format("what was done at {:.6g} s is refused, as it was then: {}",
+                                        action.time, e.what()));
+                }
+            });
 }
 
 }  // namespace knead

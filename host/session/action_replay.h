@@ -29,7 +29,8 @@ class ActionReplay {
     double duration() const { return recording.frames.back().time; }  // of the recording [s]
 
   private:
-    void perform(const HandAction& action, int number, Solver& solver, SceneSplats& splats);
+    void perform(const HandAction& action, int number, EditableSimulator& solver,
+                 SceneSplats& splats);
     void begin_hands(double after);
 
     const Recording recording;

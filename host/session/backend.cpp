@@ -35,7 +35,7 @@ Device resolved(Device device)
     return device;
 }
 
-std::unique_ptr<Solver> make_solver(const Setup& setup, Device device)
+std::unique_ptr<Simulator> make_solver(const Setup& setup, Device device)
 {
     const Device chosen = resolved(device);
     try {

@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 
 namespace knead {
 
@@ -17,6 +17,6 @@ Device parse_device(const std::string& text);  // throws UsageError
 // Resolves "auto": the GPU if there is one, else the CPU. Both functions throw ResourceError if the
 // requested GPU is not available, make_solver() also if memory is short.
 Device resolved(Device device);
-std::unique_ptr<Solver> make_solver(const Setup& setup, Device device);
+std::unique_ptr<Simulator> make_solver(const Setup& setup, Device device);
 
 }  // namespace knead

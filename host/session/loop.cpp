@@ -6,19 +6,11 @@
 #include "host/base/machine.h"
 
 namespace knead {
-namespace {
-
-// Null if the solver is not editable.
-const std::vector<Material<double>>* materials_of(const Solver& solver)
+EditableSimulator& SessionLoop::editable()
 {
-    try {
-        return &solver.rules().materials;
-    } catch (const std::logic_error&) {
-        return nullptr;
-    }
+    if (EditableSimulator* found = solver.editable()) return *found;
+    throw std::logic_error(solver.name() + " takes no edits");
 }
-
-}  // namespace
 
 bool overrun(const FrameStats& stats, std::size_t particles)
 {
@@ -35,7 +27,7 @@ SessionLoopOptions loop_options(const Scene& scene)
     return options;
 }
 
-SessionLoop::SessionLoop(Solver& of, MotionSource source, SessionLoopOptions by)
+SessionLoop::SessionLoop(Simulator& of, MotionSource source, SessionLoopOptions by)
     : solver(of),
       motion(std::move(source)),
       options(std::move(by)),
@@ -169,10 +161,8 @@ void SessionLoop::make_edits()
 {
     if (edits.empty()) return;
     if (begun > done) throw std::logic_error("an edit was to be made with a frame under way");
-    for (const Edit& edit : std::exchange(edits, {})) edit(solver);
-    // Edits may have added clay of other materials.
-    if (const std::vector<Material<double>>* edited = materials_of(solver))
-        options.materials = *edited;
+    for (const Edit& edit : std::exchange(edits, {})) edit(editable());
+    options.materials = editable().config().materials;  // edits may have added some
     renew_surfaces();
 }
 
@@ -181,7 +171,7 @@ void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
                            const std::function<void()>& meanwhile)
 {
     if (begun > done) throw std::logic_error("a frame was to be rehearsed with one under way");
-    const std::shared_ptr<const Snapshot> before = solver.snapshot();
+    const std::shared_ptr<const Snapshot> before = editable().snapshot();
     std::vector<std::shared_ptr<const DeviceMesh>> held;
     const bool keeps = launching && keeping && on_device;
     solver.set_stop_check({});
@@ -193,7 +183,7 @@ void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
             if (keeps) held.push_back(on_device->launched());
             if (meanwhile) meanwhile();
         }
-        solver.restore(*before);
+        editable().restore(*before);
     } catch (...) {
         set_stop_check();
         throw;
@@ -205,7 +195,7 @@ void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
 void SessionLoop::clay_edited()
 {
     if (begun > done) throw std::logic_error("clay was edited with a frame under way");
-    options.materials = solver.rules().materials;
+    options.materials = editable().config().materials;
     renew_surfaces();
 }
 

@@ -64,14 +64,14 @@ using SharedParticles = std::shared_ptr<const std::vector<Particle<double>>>;
 using Meshes = std::shared_ptr<const std::vector<Mesh>>;
 
 using FrameObserver = std::function<void(const FrameResult&)>;
-using Edit = std::function<void(Solver&)>;
+using Edit = std::function<void(EditableSimulator&)>;
 
 // Whether the state is unsound: the guards put back more than 1 % of the particles in one frame.
 bool overrun(const FrameStats& stats, std::size_t particles);
 
 class SessionLoop {
   public:
-    SessionLoop(Solver& solver, MotionSource motion, SessionLoopOptions options);
+    SessionLoop(Simulator& solver, MotionSource motion, SessionLoopOptions options);
     SessionLoop(const SessionLoop&) = delete;
     ~SessionLoop() { solver.set_stop_check({}); }
 
@@ -83,7 +83,8 @@ class SessionLoop {
     // is sampled (of the frame after it, if the next one is already submitted).
     void edit(Edit edit) { edits.push_back(std::move(edit)); }
 
-    // Makes the queued edits now. Throws std::logic_error while a frame is in flight.
+    // Makes the queued edits now. Throws std::logic_error while a frame is in flight, or if the
+    // simulator is not editable.
     void make_edits();
 
     // From now on each frame is submitted while the previous one is computed. Watchers still get
@@ -96,7 +97,7 @@ class SessionLoop {
     // Warm-up: computes frames of `duration` [s] with these motions, and their surfaces, then
     // restores the solver's state, so that graphs, memory and kernels exist before the first frame.
     // `meanwhile` is called after each. Calls no observers; counts no frames. Throws
-    // std::logic_error while a frame is in flight, or if the solver has no snapshots.
+    // std::logic_error while a frame is in flight, or if the simulator is not editable.
     void rehearse(const std::vector<Motion>& frames, double duration,
                   const std::function<void()>& meanwhile);
 
@@ -138,6 +139,7 @@ class SessionLoop {
     const GpuSurface* device_surface() const { return on_device.get(); }  // null: none was made
 
   private:
+    EditableSimulator& editable();
     void set_stop_check();
     void check_end();
     bool may_begin();
@@ -150,7 +152,7 @@ class SessionLoop {
     void launch_surface(int frame);
     void renew_surfaces();
 
-    Solver& solver;
+    Simulator& solver;
     MotionSource motion;
     SessionLoopOptions options;
     std::vector<FrameObserver> observers;

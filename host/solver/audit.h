@@ -6,7 +6,7 @@
 
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 
 namespace knead {
 
@@ -21,7 +21,7 @@ struct Audit {
     std::uint64_t hash = 0;           // xxh64 over all particles
 };
 
-// All sums in double, in particle order. `velocities`: from Solver::velocities(); if empty,
+// All sums in double, in particle order. `velocities`: from Simulator::velocities(); if empty,
 // Particle::v is used.
 Audit audit(const std::vector<Particle<double>>& particles,
             const std::vector<Material<double>>& materials, double dx,

@@ -47,7 +47,7 @@ std::vector<Body> bodies_of(const PosedTools<double>& posed)
 
 }  // namespace
 
-std::vector<double> depths_between(const Setup& setup, const Motion& motion,
+std::vector<double> depths_between(const SimulationConfig& setup, const Motion& motion,
                                    const std::vector<Particle<double>>& particles)
 {
     std::vector<double> depths;

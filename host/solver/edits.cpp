@@ -52,12 +52,6 @@ long first_failing(std::size_t count, std::size_t work, Holds&& holds)
     return first;
 }
 
-// For solvers without edits, e.g. one that only plays a recording.
-[[noreturn]] void refuse(const Solver& solver)
-{
-    throw std::logic_error(solver.name() + " takes no edits");
-}
-
 void check_material(const Material<double>& m)
 {
     require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0,
@@ -68,13 +62,8 @@ void check_material(const Material<double>& m)
 
 }  // namespace
 
-std::vector<int> Solver::add_each(const Material<double>&, Clays) { refuse(*this); }
-void Solver::remove_each(std::span<const int>) { refuse(*this); }
-void Solver::attach(int, const std::vector<Vec3<double>>&) { refuse(*this); }
-void Solver::set_gaussians(const std::vector<Gaussian<double>>&) { refuse(*this); }
-void Solver::edit_gaussians(const GaussianEdits&) { refuse(*this); }
-
-SomeGaussians Solver::gaussians_of(const Snapshot& snapshot, std::span<const int> objects) const
+SomeGaussians EditableSimulator::gaussians_of(const Snapshot& snapshot,
+                                              std::span<const int> objects) const
 {
     SomeGaussians some;
     std::vector<int> wanted(objects.begin(), objects.end());
@@ -87,24 +76,13 @@ SomeGaussians Solver::gaussians_of(const Snapshot& snapshot, std::span<const int
     return some;
 }
 
-std::vector<Vec3<double>> Solver::places(Vec3<double> low, Vec3<double> high) const
+std::vector<Vec3<double>> Simulator::places(Vec3<double> low, Vec3<double> high) const
 {
     std::vector<Vec3<double>> inside;
     for (const Particle<double>& p : particles())
         if (within(p.x, low, high)) inside.push_back(p.x);
     return inside;
 }
-void Solver::set_material(int, const Material<double>&) { refuse(*this); }
-void Solver::move(int, const RigidMotion<double>&) { refuse(*this); }
-void Solver::set_gravity(Vec3<double>) { refuse(*this); }
-void Solver::set_walls(const WallOptions&) { refuse(*this); }
-void Solver::set_tools(const Rig&, const std::vector<Tool<double>>&) { refuse(*this); }
-const Setup& Solver::rules() const { refuse(*this); }
-std::shared_ptr<const Snapshot> Solver::snapshot() const { refuse(*this); }
-void Solver::restore(const Snapshot&) { refuse(*this); }
-SnapshotData Solver::held(const Snapshot&) const { refuse(*this); }
-SavedState Solver::save() const { refuse(*this); }
-void Solver::load(const SavedState&) { refuse(*this); }
 
 void check_materials(const std::vector<Material<double>>& materials)
 {
@@ -122,18 +100,18 @@ void check_materials(const std::vector<Material<double>>& materials)
     }
 }
 
-SceneState::SceneState(const Setup& setup) : now(setup), counts(setup.materials.size(), 0)
+SceneState::SceneState(const SimulationConfig& config, const InitialState& contents)
+    : now(config), counts(config.materials.size(), 0)
 {
-    check_materials(setup.materials);
-    check_rig(setup.rig, setup.tools);
-    for (const Particle<double>& p : setup.particles) {
+    check_materials(config.materials);
+    check_rig(config.rig, config.tools);
+    for (const Particle<double>& p : contents.particles) {
         require(p.object >= 0 && p.object < int(counts.size()),
                 "a particle of object " + std::to_string(p.object) + ", which has no material");
         ++counts[std::size_t(p.object)];
     }
-    now.particles = {}, now.gaussians = {};
     for (const Tool<double>& tool : now.tools) now.cuts = now.cuts || tool.blade;
-    check_gaussians(setup.gaussians);
+    check_gaussians(contents.gaussians);
 }
 
 long SceneState::count() const { return std::accumulate(counts.begin(), counts.end(), 0l); }
@@ -328,12 +306,13 @@ void SceneState::check_place(Vec3<double> x, const char* what) const
                                 ") m would lie behind a wall");
 }
 
-void check_state(const SavedState& state, const Setup& of)
+void check_state(const SavedState& state, const SimulationConfig& of)
 {
-    const Setup& s = state.setup;
+    const SimulationConfig& s = state.config;
+    const std::vector<Particle<double>>& particles = state.contents.particles;
     require(s.lattice.size == of.lattice.size && s.lattice.dx == of.lattice.dx,
             "the state is of another lattice");
-    std::vector<char> seen(s.particles.size(), 0);
+    std::vector<char> seen(particles.size(), 0);
     for (int id : state.order) {
         const bool fresh = id >= 0 && std::size_t(id) < seen.size() && !seen[std::size_t(id)];
         require(fresh, "the state's order is not one of its particles");
@@ -343,14 +322,14 @@ void check_state(const SavedState& state, const Setup& of)
     require(state.speed_squared >= 0 && std::isfinite(state.speed_squared) &&
                 state.stiffness >= 0 && std::isfinite(state.stiffness),
             "the state's speed or stiffness is not a number that can be");
-    const SceneState rules(s);
-    const int fields = rules.setup().cuts ? 3 : 1;
+    const SceneState rules(s, state.contents);
+    const int fields = rules.config().cuts ? 3 : 1;
     const long places = long(fields) * sliding_places(s.lattice.size, s.walls);
     for (const SlidingNode& n : state.sliding)
         require(n.place >= 0 && n.place < places && n.force >= 0 && std::isfinite(n.force) &&
                     n.time > 0 && std::isfinite(n.time) && std::isfinite(n.impulse_deficit),
                 "the state has clay that slides where or as none can");
-    for (const Particle<double>& p : s.particles) {
+    for (const Particle<double>& p : particles) {
         if (!finite(p)) require(false, "the state has a particle with a number that is not finite");
         rules.check_object(p.object);
         rules.check_place(p.x);

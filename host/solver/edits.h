@@ -1,9 +1,9 @@
-// Edits of a scene, shared by both back ends: validation, and the setup as edited so far.
+// Edits of a scene, shared by both back ends: validation, and the configuration as edited so far.
 #pragma once
 #include <span>
 #include <vector>
 
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 
 namespace knead {
 
@@ -26,14 +26,15 @@ struct AddedPiece {
 };
 std::vector<AddedPiece> pieces_of(Clays clays);
 
-// A scene's setup without its particles and Gaussians, and the particle count of each object.
+// A scene's configuration, and the particle count of each object.
 class SceneState {
   public:
     // Throws std::invalid_argument for a particle without material and for invalid materials or
     // Gaussians.
-    explicit SceneState(const Setup& setup);
+    SceneState(const SimulationConfig& config, const InitialState& contents);
+    explicit SceneState(const Setup& setup) : SceneState(setup, setup) {}
 
-    const Setup& setup() const { return now; }
+    const SimulationConfig& config() const { return now; }
     long count(int object) const { return counts[std::size_t(object)]; }
     long count() const;
     double mass() const;  // of all clay [kg]
@@ -59,7 +60,7 @@ class SceneState {
   private:
     bool known(int object) const;  // exists and is not removed
 
-    Setup now;
+    SimulationConfig now;
     std::vector<long> counts;
 };
 
@@ -75,8 +76,8 @@ void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools);
 void check_edits(const GaussianEdits& edits, std::size_t gaussians, std::size_t particles);
 
 // Throws std::invalid_argument if the state is incomplete, or if its lattice has another size or
-// spacing than the lattice of the setup.
-void check_state(const SavedState& state, const Setup& of);
+// spacing than that of the configuration.
+void check_state(const SavedState& state, const SimulationConfig& of);
 
 // Consecutive frames at rest per stored block of a lattice; 0 for blocks that the state does not
 // store.

@@ -2,7 +2,7 @@
 #pragma once
 #include <utility>
 
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 
 namespace knead {
 

@@ -21,7 +21,7 @@
 namespace knead {
 
 Reference::Reference(const Setup& given)
-    : setup(given),
+    : scene(given),
       q(given.particles),
       splats(given.gaussians),
       depth(q.size()),
@@ -34,13 +34,12 @@ Reference::Reference(const Setup& given)
 {
     if (shapes.size() > max_primitives)
         throw std::invalid_argument("at most " + std::to_string(max_primitives) + " primitives");
-    check_materials(setup.materials);
-    if (!setup.gaussians.empty()) SceneState{setup};
-    setup.particles.clear(), setup.gaussians.clear();
-    for (const Binding<float>& b : setup.rig.spheres) bindings.push_back(cast<double>(b));
-    for (const Tool<double>& t : setup.tools) blades = blades || t.blade;
+    check_materials(scene.materials);
+    if (!given.gaussians.empty()) SceneState{given};
+    for (const Binding<float>& b : scene.rig.spheres) bindings.push_back(cast<double>(b));
+    for (const Tool<double>& t : scene.tools) blades = blades || t.blade;
     fields.resize(blades ? 3 : 1), sliding.resize(fields.size());
-    for (auto& field : fields) field.resize(std::size_t(setup.lattice.node_count()));
+    for (auto& field : fields) field.resize(std::size_t(scene.lattice.node_count()));
     for (auto& field : sliding)
         field.resize(std::size_t(sliding_places(given.lattice.size, given.walls)));
 }
@@ -50,9 +49,9 @@ FrameStats Reference::advance(const Motion& motion, double duration)
 {
     stats = {}, covered = 0;
     Lag lag{};
-    for (std::size_t t = 0; t < setup.tools.size(); ++t) set_tool(setup.tools[t], motion, t);
-    const StepLimits limits = step_limits(setup);
-    const double tool = tool_step(setup, motion, duration);
+    for (std::size_t t = 0; t < scene.tools.size(); ++t) set_tool(scene.tools[t], motion, t);
+    const StepLimits limits = step_limits(scene);
+    const double tool = tool_step(scene, motion, duration);
     Step step = step_at(limits, 0, extremes(), tool, duration);
     while (step.dt > 0) {
         const Step next = step_after(step, limits, extremes(), tool, duration);
@@ -87,17 +86,17 @@ void Reference::substep(const Motion& motion, double from, double to, double dt)
 void Reference::pose(const Motion& motion, double from, double to, double dt)
 {
     for (std::size_t i = 0; i < spheres.size(); ++i) {
-        const Tool<double>& tool = setup.tools[std::size_t(owner[i])];
+        const Tool<double>& tool = scene.tools[std::size_t(owner[i])];
         spheres[i] = posed(stretched(bindings[i], tool.stretch), joints_at<double>(motion, from),
                            joints_at<double>(motion, to), dt, tool.size);
     }
     active = {};
     for (std::size_t i = 0; i < shapes.size(); ++i) {
-        const Primitive& p = setup.rig.primitives[i];
+        const Primitive& p = scene.rig.primitives[i];
         const auto sphere = [&](int k) { return spheres[std::size_t(p.sphere[k])]; };
         shapes[i] = shape(p.count, sphere(0), sphere(1), sphere(2));
         const bool finite = std::isfinite(dot(shapes[i].low, shapes[i].high));
-        if (finite && setup.tools[std::size_t(p.tool)].active)
+        if (finite && scene.tools[std::size_t(p.tool)].active)
             active.bits[i / 32] |= 1u << (i % 32);
     }
 }
@@ -105,13 +104,13 @@ void Reference::pose(const Motion& motion, double from, double to, double dt)
 // Particles scatter mass and momentum to 27 nodes.  (1), (2); with labels (25)
 void Reference::p2g(double dt)
 {
-    const Lattice<double>& lattice = setup.lattice;
+    const Lattice<double>& lattice = scene.lattice;
     for (auto& field : fields)
         for (const int n : occupied) field[std::size_t(n)] = {};
     occupied.clear();
     for (const Particle<double>& p : q) {
         const Stencil<double> s = stencil(p.x, lattice.spacing);
-        const Material<double>& m = setup.materials[std::size_t(p.object)];
+        const Material<double>& m = scene.materials[std::size_t(p.object)];
         scatter(p, m, s, lattice.spacing, dt, [&](Int3 step, const Node<double>& share) {
             const int n = lattice.index(s.base + step);
             if (fields[uncut][std::size_t(n)].m == 0 && share.m > 0) occupied.push_back(n);
@@ -127,9 +126,9 @@ void Reference::p2g(double dt)
 // node is updated together with its mirror images across walls.
 void Reference::grid(double dt)
 {
-    const Lattice<double>& lattice = setup.lattice;
+    const Lattice<double>& lattice = scene.lattice;
     const Colliders<double> tools = colliders();
-    const double light = negligible_mass(setup);
+    const double light = negligible_mass(scene);
     struct Sums {
         long clipped = 0, clipped_negligible = 0;
         void operator+=(const Sums& s)
@@ -149,7 +148,7 @@ void Reference::grid(double dt)
         Node<double> v[3][8] = {};
         for (std::size_t f = 0; f < fields.size(); ++f) {
             const auto obstacles = [&](Vec3<double>& u) {
-                if (!setup.grid_contact) return false;
+                if (!scene.grid_contact) return false;
                 const Vec3<double> x = lattice.position(n), free = u;
                 u = apply_tools(tools, active, x, u);
                 if (f != uncut) u = sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
@@ -158,7 +157,7 @@ void Reference::grid(double dt)
             for (int k = 0; k < mirror_count(mirror_offset); ++k)
                 v[f][k] = at(f, mirror_node(n, mirror_offset, k));
             update_mirrors(
-                n, mirror_offset, lattice, walls, setup.gravity, dt, InArray<double>{v[f]},
+                n, mirror_offset, lattice, walls, scene.gravity, dt, InArray<double>{v[f]},
                 obstacles,
                 [&](double mass) { ++(mass > light ? sums.clipped : sums.clipped_negligible); },
                 SlidingInArray<double>{sliding[f].data(), lattice.dx, substeps},
@@ -184,13 +183,13 @@ void Reference::grid(double dt)
 void Reference::share_pressure()
 {
     const auto material = [&](const Particle<double>& p) -> const Material<double>& {
-        return setup.materials[std::size_t(p.object)];
+        return scene.materials[std::size_t(p.object)];
     };
-    if (std::none_of(setup.materials.begin(), setup.materials.end(), shares_pressure<double>))
+    if (std::none_of(scene.materials.begin(), scene.materials.end(), shares_pressure<double>))
         return;
     std::vector<PressureSum<double>> sums(fields[uncut].size());
     const auto cell = [&](const Particle<double>& p) -> PressureSum<double>& {
-        return sums[std::size_t(setup.lattice.index(base_node(p.x, setup.lattice.spacing)))];
+        return sums[std::size_t(scene.lattice.index(base_node(p.x, scene.lattice.spacing)))];
     };
     for (const Particle<double>& p : q)
         if (shares_pressure(material(p)))
@@ -202,7 +201,7 @@ void Reference::share_pressure()
 // Gathers velocity and gradient (8); updates strain and position (9).
 void Reference::g2p(double dt)
 {
-    const Lattice<double>& lattice = setup.lattice;
+    const Lattice<double>& lattice = scene.lattice;
     before = q;
     per_cell.resize(q.size());
     const auto update = [&](std::size_t i, long& sudden) {
@@ -213,7 +212,7 @@ void Reference::g2p(double dt)
             return field[std::size_t(lattice.index(s.base + step))];
         };
         const auto sum = gather(p, s, lattice.spacing, [&](Int3 step) { return four(node(step)); });
-        const double mass = setup.materials[std::size_t(p.object)].mass;
+        const double mass = scene.materials[std::size_t(p.object)].mass;
         per_cell[i] = mass_around(sum) / mass;
         damp_isolated_particle(p.C, node(nearest_node).m / mass);
         sudden += abrupt(p.C, dt);
@@ -227,7 +226,7 @@ void Reference::g2p(double dt)
 void Reference::project(double dt)
 {
     const Colliders<double> tools = colliders();
-    const PushoutLimits<double> pushout = pushout_limits(step_limits(setup));
+    const PushoutLimits<double> pushout = pushout_limits(step_limits(scene));
     struct Sums {
         long projected = 0, far = 0, confined = 0, sliced_off = 0;
         std::uint32_t touched = 0;
@@ -241,11 +240,11 @@ void Reference::project(double dt)
     };
     const auto update = [&](std::size_t i, Sums& sums) {
         Particle<double>& p = q[i];
-        if (blades && setup.passes > 0)
-            sums.sliced_off += cut(p, tools, active, setup.lattice.dx, sums.touched);
+        if (blades && scene.passes > 0)
+            sums.sliced_off += cut(p, tools, active, scene.lattice.dx, sums.touched);
         depth[i] =
-            knead::project(p, tools, active, setup.passes, pushout, per_cell[i], dt, sums.touched);
-        sums.projected += depth[i] > 0, sums.far += depth[i] > setup.lattice.dx;
+            knead::project(p, tools, active, scene.passes, pushout, per_cell[i], dt, sums.touched);
+        sums.projected += depth[i] > 0, sums.far += depth[i] > scene.lattice.dx;
         sums.deepest = std::fmax(sums.deepest, depth[i]);
         sums.confined += confine(p, walls);
     };
@@ -259,7 +258,7 @@ void Reference::project(double dt)
 void Reference::plasticity(double dt)
 {
     const auto update = [&](std::size_t i, long& yielded) {
-        yielded += yield(q[i], setup.materials[std::size_t(q[i].object)], dt);
+        yielded += yield(q[i], scene.materials[std::size_t(q[i].object)], dt);
     };
     stats.yielded += parallel_sum<long>(q.size(), LoopOptions{.threads = threads}, update);
 }
@@ -273,9 +272,9 @@ void Reference::repair()
 // `clear`, out of tools.  (31)-(34)
 void Reference::deform(const Lag& lag, bool clear)
 {
-    const Lattice<double>& lattice = setup.lattice;
+    const Lattice<double>& lattice = scene.lattice;
     const Colliders<double> tools = colliders();
-    const double per_mass = 1 / lightest_particle(setup);
+    const double per_mass = 1 / lightest_particle(scene);
     struct Sums {
         long stranded = 0, projected = 0, repaired = 0;
         void operator+=(const Sums& s)
@@ -295,7 +294,7 @@ void Reference::deform(const Lag& lag, bool clear)
             sums.stranded += lag.substeps;
         keep_within(g, walls);
         if (clear)
-            sums.projected += keep_out(g, tools, active, setup.passes, blades, walls, lattice.dx);
+            sums.projected += keep_out(g, tools, active, scene.passes, blades, walls, lattice.dx);
         sums.repaired += knead::repair(g, start);
     };
     const Sums all = parallel_sum<Sums>(splats.size(), LoopOptions{.threads = threads}, update);
@@ -309,17 +308,17 @@ void Reference::end_cuts()
 {
     if (!blades) return;
     const auto everywhere = [&](Vec3<double>) -> const Mask& { return active; };
-    relabel_pieces(q, splats, setup.lattice, colliders(), everywhere, covered > 0, was_covered);
+    relabel_pieces(q, splats, scene.lattice, colliders(), everywhere, covered > 0, was_covered);
     was_covered = covered > 0;
 }
 
 Colliders<double> Reference::colliders() const
 {
-    const Rig& rig = setup.rig;
+    const Rig& rig = scene.rig;
     return {{spheres.data(), int(spheres.size())},
             {rig.primitives.data(), int(rig.primitives.size())},
             {shapes.data(), int(shapes.size())},
-            {setup.tools.data(), int(setup.tools.size())}};
+            {scene.tools.data(), int(scene.tools.size())}};
 }
 
 Extremes Reference::extremes() const
@@ -329,7 +328,7 @@ Extremes Reference::extremes() const
         const Particle<double>& p = q[i];
         most.speed = std::fmax(most.speed, std::sqrt(speed_that_counts(dot(p.v, p.v), depth[i])));
         most.stiffness =
-            std::fmax(most.stiffness, stiffness(p, setup.materials[std::size_t(p.object)]));
+            std::fmax(most.stiffness, stiffness(p, scene.materials[std::size_t(p.object)]));
     }
     return most;
 }
@@ -354,8 +353,8 @@ std::vector<double> Reference::penetration() const
 
 std::vector<Vec3<double>> Reference::velocities() const
 {
-    if (shapes.empty() || setup.passes == 0) return {};
-    const Lattice<double>& lattice = setup.lattice;
+    if (shapes.empty() || scene.passes == 0) return {};
+    const Lattice<double>& lattice = scene.lattice;
     std::vector<Vec3<double>> all(q.size());
     for (std::size_t i = 0; i < q.size(); ++i) {
         all[i] = q[i].v;

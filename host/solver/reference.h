@@ -8,7 +8,7 @@
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lag.h"
 #include "cuda/mpm/sliding.h"
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 
 namespace knead {
 
@@ -16,7 +16,7 @@ namespace knead {
 // lattice is stored, every point is tested against every primitive. Two pure optimisations of the
 // fast back ends are omitted: masks of primitives near a block (17) and sleeping (29), (30);
 // Setup::rest is ignored. Bitwise deterministic for any number of threads.
-class Reference : public Solver {
+class Reference : public Simulator {
   public:
     // Throws std::invalid_argument for more than max_primitives.
     explicit Reference(const Setup& setup);
@@ -27,7 +27,6 @@ class Reference : public Solver {
     std::vector<Gaussian<double>> gaussians() const override { return splats; }
     std::vector<double> penetration() const override;
     std::vector<Vec3<double>> velocities() const override;
-    const std::vector<StageTime>& stage_times() const override { return times; }  // empty
     std::size_t memory() const override;
     std::string name() const override;
 
@@ -63,7 +62,7 @@ class Reference : public Solver {
     long active_blocks() const;
     void end_cuts();
 
-    Setup setup;  // without particles and Gaussians
+    SimulationConfig scene;
     std::vector<Binding<double>> bindings;
     std::vector<Particle<double>> q;                // in the scene's order
     std::vector<Particle<double>> before;           // at the beginning of the substep
@@ -86,7 +85,6 @@ class Reference : public Solver {
     long covered = 0;          // particle-substeps of this frame at a blade
     FrameStats stats;
     int threads;
-    std::vector<StageTime> times;
 };
 
 }  // namespace knead

@@ -10,7 +10,7 @@ namespace knead {
 const char* const limit_names[int(Limit::count)] = {"sound",     "speed", "tool",
                                                     "viscosity", "fixed", "frame end"};
 
-static void check_motion(const Setup& setup, const Motion& motion)
+static void check_motion(const SimulationConfig& setup, const Motion& motion)
 {
     const auto wanted = std::size_t(joints_of(setup.rig));
     const std::size_t found = std::min(motion.from.size(), motion.to.size());
@@ -23,7 +23,7 @@ static void check_motion(const Setup& setup, const Motion& motion)
             throw std::invalid_argument("a tool is stretched by positive numbers");
 }
 
-double tool_step(const Setup& setup, const Motion& motion, double duration)
+double tool_step(const SimulationConfig& setup, const Motion& motion, double duration)
 {
     check_motion(setup, motion);
     double dt = 1e30;

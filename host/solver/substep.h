@@ -5,7 +5,7 @@
 #include "cuda/mpm/grid.h"
 #include "cuda/mpm/material.h"
 #include "cuda/mpm/material_data.h"
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 
 namespace knead {
 
@@ -29,7 +29,7 @@ void set_tool(Tool<R>& tool, const Motion& motion, std::size_t t)
 }
 
 // Mass of the lightest particle of any material [kg].
-inline double lightest_particle(const Setup& s)
+inline double lightest_particle(const SimulationConfig& s)
 {
     double lightest = 1e30;
     for (const Material<double>& m : s.materials)
@@ -38,10 +38,13 @@ inline double lightest_particle(const Setup& s)
 }
 
 // Up to this mass, a clamped node counts as clipped_negligible [kg].
-inline double negligible_mass(const Setup& s) { return trimmed_share * lightest_particle(s); }
+inline double negligible_mass(const SimulationConfig& s)
+{
+    return trimmed_share * lightest_particle(s);
+}
 
 // Limits of the substep that depend on the scene only; the state may lower them.  (22)
-inline StepLimits step_limits(const Setup& s)
+inline StepLimits step_limits(const SimulationConfig& s)
 {
     StepLimits p{s.step.courant, s.lattice.dx, 0, 1e30, s.step.fixed, s.step.largest};
     for (const Material<double>& m : s.materials) {
@@ -57,7 +60,7 @@ inline StepLimits step_limits(const Setup& s)
 // The tools' limit of dt over one frame [s]: no sphere may move by more than StepOptions::tool
 // times its radius or a cell in one substep. For blades only the cell counts, because particles are
 // labelled by their side. Throws std::invalid_argument if the motion lacks a joint of the rig.
-double tool_step(const Setup& setup, const Motion& motion, double duration);
+double tool_step(const SimulationConfig& setup, const Motion& motion, double duration);
 
 // Adds a substep to the statistics.
 inline void count(const Step& step, FrameStats& stats)

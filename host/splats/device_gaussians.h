@@ -2,7 +2,7 @@
 #pragma once
 #include <memory>
 
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 #include "host/splats/raster.h"
 
 namespace knead {

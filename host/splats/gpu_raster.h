@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 #include "host/splats/raster.h"
 
 namespace knead {

@@ -7,8 +7,8 @@ namespace knead {
 namespace {
 
 // Particle spacing of each object with Gaussians [m]; 0 for the others.
-std::vector<double> spacings(const Setup& rules, const std::vector<Gaussian<double>>& gaussians,
-                             int below_object)
+std::vector<double> spacings(const SimulationConfig& rules,
+                             const std::vector<Gaussian<double>>& gaussians, int below_object)
 {
     std::vector<double> all(rules.materials.size(), 0);
     for (const Gaussian<double>& g : gaussians) {
@@ -61,7 +61,7 @@ CarriedSplats& SplatUpkeep::change(std::size_t more)
     return *splats;
 }
 
-UpkeepPlan UpkeepTask::plan(const SnapshotData& held, const Setup& rules) const
+UpkeepPlan UpkeepTask::plan(const SnapshotData& held, const SimulationConfig& rules) const
 {
     UpkeepPlan plan{std::make_shared<CarriedSplats>(*splats), {}, 0};
     std::vector<Gaussian<double>> gaussians = held.gaussians;
@@ -78,7 +78,7 @@ UpkeepPlan UpkeepTask::plan(const SnapshotData& held, const Setup& rules) const
     return plan;
 }
 
-UpkeepReport SplatUpkeep::adopt(UpkeepPlan plan, Solver& solver)
+UpkeepReport SplatUpkeep::adopt(UpkeepPlan plan, EditableSimulator& solver)
 {
     const UpkeepReport report{plan.edits.splits.size(), plan.edits.added.size(), plan.waiting};
     if (!plan.edits.any()) return report;
@@ -87,13 +87,13 @@ UpkeepReport SplatUpkeep::adopt(UpkeepPlan plan, Solver& solver)
     return report;
 }
 
-UpkeepReport SplatUpkeep::after(int frame, Solver& solver)
+UpkeepReport SplatUpkeep::after(int frame, EditableSimulator& solver)
 {
     if (!due(frame)) return {};
     SnapshotData held;
     held.gaussians = solver.gaussians();
     if (options.refills) held.particles = solver.particles();
-    return adopt(task().plan(held, solver.rules()), solver);
+    return adopt(task().plan(held, solver.config()), solver);
 }
 
 }  // namespace knead

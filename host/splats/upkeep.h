@@ -4,7 +4,7 @@
 #pragma once
 #include <memory>
 
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 #include "host/splats/refill.h"
 #include "host/splats/split.h"
 
@@ -39,7 +39,7 @@ struct UpkeepTask {
     int refilled = 0;  // only objects below this index are refilled
 
     // From a solver's particles and Gaussians, and its scene.
-    UpkeepPlan plan(const SnapshotData& held, const Setup& rules) const;
+    UpkeepPlan plan(const SnapshotData& held, const SimulationConfig& rules) const;
 };
 
 class SplatUpkeep {
@@ -65,10 +65,10 @@ class SplatUpkeep {
 
     // Call after frame `frame`, with no frame in progress. If due, splits and adds splats; the clay
     // is not affected. Throws std::logic_error if the solver is not editable.
-    UpkeepReport after(int frame, Solver& solver);
+    UpkeepReport after(int frame, EditableSimulator& solver);
     // Asynchronous variant: between task() and adopt() frames may run, but no other edits.
     UpkeepTask task() const { return {options, splats, refilled}; }
-    UpkeepReport adopt(UpkeepPlan plan, Solver& solver);
+    UpkeepReport adopt(UpkeepPlan plan, EditableSimulator& solver);
 
   private:
     UpkeepOptions options;

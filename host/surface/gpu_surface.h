@@ -7,7 +7,7 @@
 
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 #include "host/surface/device_mesh.h"
 #include "host/surface/surface.h"
 
@@ -77,7 +77,7 @@ class GpuSurface {
     // stage alone [s].
     std::vector<double> replays(int count);
     std::vector<StageTime> stage_times();
-    // Hardware counters of each stage of a complete surface; see Solver::stage_counts().
+    // Hardware counters of each stage of a complete surface; see StageProfile::counts().
     std::vector<StageWork> stage_counts();
 
     SurfaceRoom room() const;

@@ -159,19 +159,20 @@ Outcome outcome_of(const Verification& v, const Case& c, double limit, bool in_d
     return o;
 }
 
-void change(Verification& v, std::unique_ptr<Solver>& solver, const Setup& s,
+void change(Verification& v, std::unique_ptr<Simulator>& solver, const Setup& s,
             const std::function<void(std::vector<Particle<double>>&)>& how)
 {
-    if (dynamic_cast<const Reference*>(solver.get())) {  // the particles are its whole state
+    EditableSimulator* editable = solver->editable();
+    if (!editable) {  // the Reference, whose whole state are its particles
         Setup now = s;
         now.particles = solver->particles();
         how(now.particles);
         solver = v.reference(now);
         return;
     }
-    SavedState state = solver->save();
-    how(state.setup.particles);
-    solver->load(state);
+    SavedState state = editable->save();
+    how(state.contents.particles);
+    editable->load(state);
 }
 
 Setup block_on_floor(const Material<double>& material, int per_axis)

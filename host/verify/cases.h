@@ -68,7 +68,7 @@ double limit_of(const Verification& v, const Case& c);  // [s]; doubled for the 
 
 // Applies `how` to all particles, in the order of the setup, between two frames, e.g. an external
 // force.
-void change(Verification& v, std::unique_ptr<Solver>& solver, const Setup& s,
+void change(Verification& v, std::unique_ptr<Simulator>& solver, const Setup& s,
             const std::function<void(std::vector<Particle<double>>&)>& how);
 
 // A block of 6 x 4 x 6 cells on a floor, per_axis^3 particles per cell, dx = 1 cm.

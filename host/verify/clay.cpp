@@ -85,10 +85,10 @@ int add_ball_tool(Setup& s, double radius, ContactMode mode, double friction)
     return number;
 }
 
-std::vector<Particle<double>> by_id(const Solver& solver)
+std::vector<Particle<double>> by_id(const Simulator& solver)
 {
-    if (dynamic_cast<const Reference*>(&solver)) return solver.particles();
-    return solver.save().setup.particles;
+    const EditableSimulator* editable = solver.editable();
+    return editable ? editable->save().contents.particles : solver.particles();
 }
 
 void add_to(FrameStats& all, const FrameStats& s)
@@ -100,7 +100,7 @@ void add_to(FrameStats& all, const FrameStats& s)
     all.found_depth = std::fmax(all.found_depth, s.found_depth);
 }
 
-FrameStats drive(Solver& solver, double frame, double end,
+FrameStats drive(Simulator& solver, double frame, double end,
                  const std::function<std::vector<Joint<double>>(double)>& at,
                  const std::function<bool(double)>& observe)
 {
@@ -116,7 +116,7 @@ FrameStats drive(Solver& solver, double frame, double end,
     return all;
 }
 
-FrameStats drive(Solver& solver, double frame, double end,
+FrameStats drive(Simulator& solver, double frame, double end,
                  const std::function<bool(double)>& observe)
 {
     return drive(

@@ -3,7 +3,7 @@
 #include <functional>
 #include <vector>
 
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 
 namespace knead {
 
@@ -27,18 +27,18 @@ int fill(
 int add_ball_tool(Setup& setup, double radius, ContactMode mode, double friction);
 
 // Particles in the order of the setup, for any solver.
-std::vector<Particle<double>> by_id(const Solver& solver);
+std::vector<Particle<double>> by_id(const Simulator& solver);
 
 // Accumulates the counters of a frame.
 void add_to(FrameStats& all, const FrameStats& frame);
 
 // Advances in frames of `frame` [s] from t = 0 to `end` [s], with tool joints `at(t)`. Calls
 // `look(time)` after each frame; false ends the run. Returns the accumulated counters.
-FrameStats drive(Solver& solver, double frame, double end,
+FrameStats drive(Simulator& solver, double frame, double end,
                  const std::function<std::vector<Joint<double>>(double)>& at,
                  const std::function<bool(double)>& observe);
 // Without tools.
-FrameStats drive(Solver& solver, double frame, double end,
+FrameStats drive(Simulator& solver, double frame, double end,
                  const std::function<bool(double)>& observe);
 
 inline Joint<double> stands_at(Place p) { return {{1, 0, 0, 0}, p}; }

@@ -78,7 +78,7 @@ FrontResult swung(const Verification& v, const SceneOptions& options)
     double sum = 0, mean = std::nan("");
     int turns = 0;
     Bend before{};
-    const auto observe = [&](const Solver& solver, double t) {
+    const auto observe = [&](const Simulator& solver, double t) {
         const Bend now = bend_of(by_id(solver), scene.setup.particles, scene);
         const bool turned = before.rate * now.rate < 0;
         // Ends at the second turning point: the bottom is the first, the top the second.

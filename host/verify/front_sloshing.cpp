@@ -56,7 +56,7 @@ FrontResult sloshed(const Verification& v, const SceneOptions& options)
     }
     double off = 0, whole = 0;
     const Driven driven =
-        timed_drive(v, options, s, end / 24, end, no_tools, [&](const Solver& solver, double t) {
+        timed_drive(v, options, s, end / 24, end, no_tools, [&](const Simulator& solver, double t) {
             const std::vector<Particle<double>> now = by_id(solver);
             double sum = 0;
             for (std::size_t i = 0; i < now.size(); ++i)

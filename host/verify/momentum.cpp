@@ -25,7 +25,7 @@ Setup flying_ball()
     return s;
 }
 
-void conserved(Verification& v, const Setup& s, Solver& solver, const char* scalar, double bound)
+void conserved(Verification& v, const Setup& s, Simulator& solver, const char* scalar, double bound)
 {
     const Audit before = audit(solver.particles(), s.materials, s.lattice.dx);
     solver.advance({}, 0.1);  // 1000 substeps

@@ -17,8 +17,8 @@ double box_depth(Place x, Place from, Place to)
     return std::min({a.x, a.y, a.z, b.x, b.y, b.z});
 }
 
-std::unique_ptr<Solver> solver_by(const Verification& v, const SceneOptions& options,
-                                  const Setup& setup)
+std::unique_ptr<Simulator> solver_by(const Verification& v, const SceneOptions& options,
+                                     const Setup& setup)
 {
     return options.in_double ? v.reference(setup) : v.solver(setup);
 }
@@ -90,7 +90,7 @@ int fill_by(Setup& s, const SceneOptions& options, Material<double> material, Pl
 
 Driven timed_drive(const Verification& v, const SceneOptions& options, Setup s, double frame,
                    double end, const std::function<std::vector<Joint<double>>(double)>& at,
-                   const std::function<bool(const Solver&, double)>& observe)
+                   const std::function<bool(const Simulator&, double)>& observe)
 {
     if (options.courant > 0) s.step.courant = options.courant;
     s.grid_contact = options.grid_contact, s.passes = options.passes;

@@ -42,16 +42,16 @@ struct Driven {
     double seconds = 0;  // simulation time [s], without `look`
     FrameStats stats;    // accumulated over all frames
     double inside = 0;   // if `watch`: largest depth of a particle in a tool after a frame [m]
-    std::unique_ptr<Solver> solver;
+    std::unique_ptr<Simulator> solver;
 };
 
 // Runs drive() on `setup` with `options`, on the device of `v` or in double. `look` is called in
 // the first run only, which determines the number of frames for the repeats.
 Driven timed_drive(const Verification& v, const SceneOptions& options, Setup setup, double frame,
                    double end, const std::function<std::vector<Joint<double>>(double)>& at,
-                   const std::function<bool(const Solver&, double)>& observe);
+                   const std::function<bool(const Simulator&, double)>& observe);
 
 inline std::vector<Joint<double>> no_tools(double) { return {}; }
-inline bool no_look(const Solver&, double) { return true; }
+inline bool no_look(const Simulator&, double) { return true; }
 
 }  // namespace knead

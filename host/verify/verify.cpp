@@ -93,13 +93,13 @@ void Verification::say(const std::string& text) const
     if (!options.quiet) std::fprintf(stderr, "knead verify: %s\n", text.c_str());
 }
 
-std::unique_ptr<Solver> Verification::solver(Setup setup) const
+std::unique_ptr<Simulator> Verification::solver(Setup setup) const
 {
     setup.threads = options.threads;
     return make_solver(setup, device);
 }
 
-std::unique_ptr<Solver> Verification::reference(Setup setup) const
+std::unique_ptr<Simulator> Verification::reference(Setup setup) const
 {
     setup.threads = options.threads;
     return std::make_unique<Reference>(setup);

@@ -43,8 +43,8 @@ class Verification {
     void lap() { mark = wall_seconds(); }
     void say(const std::string& text) const;  // on stderr
 
-    std::unique_ptr<Solver> solver(Setup setup) const;     // on the device of the options
-    std::unique_ptr<Solver> reference(Setup setup) const;  // in double
+    std::unique_ptr<Simulator> solver(Setup setup) const;     // on the device of the options
+    std::unique_ptr<Simulator> reference(Setup setup) const;  // in double
     bool quick() const { return options.quick; }
 
     const VerifyOptions options;

@@ -197,7 +197,7 @@ TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
     const HandSource hands(hands_of(scene), scene.hands);
     const int contact = first_contact(scene, hands);
     ASSERT_GT(contact, 10);
-    const std::unique_ptr<Solver> solver = cpu_solver(scene.setup);
+    const std::unique_ptr<Simulator> solver = cpu_solver(scene.setup);
     long before = 0, after = 0;
     drive(scene, *solver, &hands, std::max(0, contact - 2), [&](const FrameResult& f) {
         // In the first frame hands that have not come by themselves are found in the clay, which

@@ -5,9 +5,9 @@
 
 #include "host/hands/hands.h"
 #include "host/solver/audit.h"
+#include "host/solver/editable_simulator.h"
 #include "host/solver/pieces.h"
 #include "host/solver/reference.h"
-#include "host/solver/solver.h"
 #include "tests/sanitized.h"
 
 namespace knead {
@@ -51,7 +51,7 @@ Setup block(bool blade, int cells = 10)
 
 // Draws the knife down through the block, up again, and waits `rest` seconds; `turn` is about the
 // vertical. Returns how often a node had to be slowed.
-long stroke(Solver& solver, double rest, double x, Quat<double> turn = {1, 0, 0, 0})
+long stroke(Simulator& solver, double rest, double x, Quat<double> turn = {1, 0, 0, 0})
 {
     const double frame = 1.0 / 60;
     Motion motion;
@@ -77,7 +77,7 @@ std::vector<int> sizes(const std::vector<Particle<double>>& q, const Lattice<dou
     return size;
 }
 
-void expect_two_pieces(const Given& s, std::unique_ptr<Solver> solver)
+void expect_two_pieces(const Given& s, std::unique_ptr<Simulator> solver)
 {
     const int count = int(s.particles.size());
     stroke(*solver, sanitized ? 0.1 : 1.0, 0.5);
@@ -106,7 +106,7 @@ TEST(Cut, AKnifeStrokeOnADeviceLeavesTwoPiecesToo)
     expect_two_pieces(s, gpu_solver(s, 0));
 }
 
-void expect_gaussians_with_their_pieces(const Given& s, std::unique_ptr<Solver> solver)
+void expect_gaussians_with_their_pieces(const Given& s, std::unique_ptr<Simulator> solver)
 {
     stroke(*solver, 0.5, 0.5);
     const auto q = solver->particles();
@@ -222,7 +222,7 @@ TEST(Cut, AStrokeStrainsTheClayLittleMoreThanItsWeight)
     Motion still;
     still.from.assign(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}}), still.to = still.from;
     for (int f = 0; f < 51; ++f) left_alone->advance(still, 1.0 / 60);
-    const auto elastic = [&](const Solver& of) {
+    const auto elastic = [&](const Simulator& of) {
         return audit(of.particles(), s.materials, dx).elastic;
     };
     EXPECT_LT(elastic(*solver), 2 * elastic(*left_alone));
@@ -242,7 +242,7 @@ TEST(Cut, TheTwoHalvesPressedTogetherKeepTheirMomentumAndDoNotMix)
 {
     Given s = block(true);
     s.gravity = {0, 0, 0};
-    std::unique_ptr<Solver> solver = std::make_unique<Reference>(s);
+    std::unique_ptr<Simulator> solver = std::make_unique<Reference>(s);
     stroke(*solver, 0, 0.5);
     Given after = s;
     after.particles = solver->particles();

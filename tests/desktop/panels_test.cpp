@@ -76,10 +76,10 @@ TEST(ViewPanels, WhatIsAskedForReachesTheSolver)
     for (Slider& s : panels.model.objects[0].sliders)
         if (s.name == "Stiffness") s.value = 2e5;
     panels.apply(asks, session, *session.state());
-    session.inspect_solver([](const Solver& s) {
-        EXPECT_EQ(s.rules().gravity.y, -3);
-        EXPECT_NEAR(s.rules().materials[0].mu, 2e5 / 2.6, 1);
-        EXPECT_TRUE(s.rules().tools[1].blade);
+    session.inspect_solver([](const Simulator& s) {
+        EXPECT_EQ(s.editable()->config().gravity.y, -3);
+        EXPECT_NEAR(s.editable()->config().materials[0].mu, 2e5 / 2.6, 1);
+        EXPECT_TRUE(s.editable()->config().tools[1].blade);
     });
     session.pause(true);
     session.settle();
@@ -90,7 +90,8 @@ TEST(ViewPanels, WhatIsAskedForReachesTheSolver)
     asks.preset = true;
     panels.model.objects[0].preset = 5;
     panels.apply(asks, session, *session.state());
-    session.inspect_solver([](const Solver& s) { EXPECT_EQ(s.rules().materials[0].yield, 0); });
+    session.inspect_solver(
+        [](const Simulator& s) { EXPECT_EQ(s.editable()->config().materials[0].yield, 0); });
     EXPECT_EQ(session.state()->refused, 0) << session.state()->refusal;
     session.load("scenes/nothing.json", {});
     session.settle();
@@ -129,7 +130,7 @@ class RefusalTest : public testing::Test {
     {
         double found = 0;
         session.inspect_solver(
-            [&](const Solver& s) { found = stated(s.rules().materials[0]).young; });
+            [&](const Simulator& s) { found = stated(s.editable()->config().materials[0]).young; });
         return found;
     }
 

@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 #include "host/surface/mesh.h"
 
 int main()

@@ -109,7 +109,8 @@ SmallRun run_of(const std::string& text)
     std::unique_ptr<HandSource> hands;
     if (run.scene.has_hands)
         hands = std::make_unique<HandSource>(hands_of(run.scene), run.scene.hands);
-    const std::unique_ptr<Solver> solver = make_solver(run.scene.setup, {DeviceKind::cpu, 0});
+    const std::unique_ptr<EditableSimulator> solver =
+        make_solver(run.scene.setup, {DeviceKind::cpu, 0});
     BatchRunOptions options;
     options.frames = 2, options.last_mesh = true;
     run.record = run_frames(run.scene, *solver, hands.get(), options, {});
@@ -166,7 +167,7 @@ std::vector<std::string> checkpoint_seeds()
     SmallRun run = run_of(small_scenes[0]);
     run.record.frames_wanted = 5;
     const Json command = {{"scene", "a.json"}, {"frames", 5}, {"cpu_seconds", 0.5}};
-    run.state.setup.particles.resize(40), run.state.order.resize(40);
+    run.state.contents.particles.resize(40), run.state.order.resize(40);
     const Folder folder;
     write_checkpoint(folder / "seed", {command, run.record, run.state, {}, {}});
     return {read_text(folder / "seed", 1 << 20)};

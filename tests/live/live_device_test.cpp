@@ -72,8 +72,10 @@ TEST(LiveOnDevice, IsAsItWasThoughFramesWereRehearsed)
         LiveSession session(scene, real), wanted(scene, rule_of(true));
         const auto hash = [](LiveSession& of) {
             std::uint64_t found = 0;
-            of.inspect_solver([&](const Solver& s) {
-                found = audit(s.particles(), s.rules().materials, s.rules().lattice.dx).hash;
+            of.inspect_solver([&](const Simulator& s) {
+                found = audit(s.particles(), s.editable()->config().materials,
+                              s.editable()->config().lattice.dx)
+                            .hash;
             });
             return found;
         };

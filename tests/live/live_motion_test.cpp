@@ -7,7 +7,7 @@
 #include <cstdlib>
 
 #include "host/live/live_session.h"
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 
 namespace knead {
 namespace {

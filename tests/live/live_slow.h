@@ -15,7 +15,7 @@
 namespace knead {
 
 // A solver whose substeps take a time on a clock of their own, and that keeps what moved it.
-struct Slow : Solver {
+struct Slow : Simulator {
     explicit Slow(std::atomic<double>& on) : clock(on) {}
     FrameStats advance(const Motion& motion, double duration) override
     {
@@ -33,7 +33,6 @@ struct Slow : Solver {
     }
     std::vector<Particle<double>> particles() const override { return {}; }
     std::vector<double> penetration() const override { return {}; }
-    const std::vector<StageTime>& stage_times() const override { return times; }
     std::size_t memory() const override { return 1; }
     std::string name() const override { return "slow"; }
 
@@ -42,7 +41,6 @@ struct Slow : Solver {
     int count = 20;         // of them in a frame
     int frames = 0, fails_at = 0, memory_ends_at = 0, breaks_at = 0;
     std::vector<Motion> motions;
-    std::vector<StageTime> times;
 };
 
 class Live : public testing::Test {

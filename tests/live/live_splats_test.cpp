@@ -28,7 +28,7 @@ struct Reached {
 Reached run_to(const LiveScene& live, int frames)
 {
     Reached reached;
-    const std::unique_ptr<Solver> solver = cpu_solver(live.scene.setup);
+    const std::unique_ptr<EditableSimulator> solver = cpu_solver(live.scene.setup);
     const HandSource hands(*live.recording, live.scene.hands);
     SceneSplats splats(live.scene, live.splats);
     BatchRunOptions options;
@@ -60,7 +60,7 @@ void expect_equal(LiveSession& session, const Reached& wanted)
 {
     const auto state = session.state();
     EXPECT_EQ(state->trouble, "");
-    session.inspect_solver([&](const Solver& solver) {
+    session.inspect_solver([&](const Simulator& solver) {
         EXPECT_TRUE(same_bits(solver.particles(), wanted.particles));
         EXPECT_TRUE(same_bits(solver.gaussians(), wanted.gaussians));
     });
@@ -134,8 +134,8 @@ TEST(LiveSplats, LocalClayIsOfTheMaterialThatWasChosen)
         session.set_material(0, soft);
         const auto of_clay = [&] {
             std::size_t clay = 0;
-            session.inspect_solver([&](const Solver& solver) {
-                for (const Material<double>& m : solver.rules().materials) {
+            session.inspect_solver([&](const Simulator& solver) {
+                for (const Material<double>& m : solver.editable()->config().materials) {
                     if (!(m.volume > 0)) continue;
                     EXPECT_EQ(m.yield, soft.yield);
                     ++clay;
@@ -189,7 +189,7 @@ TEST(LiveSplats, WhatWasRehearsedHasGoneBackToTheBit)
     EXPECT_GT(after->splat_version, wanted->splat_version) << "there was a rehearsal";
     EXPECT_TRUE(!after->gaussians || after->gaussians->empty());
     std::size_t left = 1;
-    EXPECT_TRUE(session.inspect_solver([&](const Solver& s) { left = s.particles().size(); }));
+    EXPECT_TRUE(session.inspect_solver([&](const Simulator& s) { left = s.particles().size(); }));
     EXPECT_EQ(left, 0u);
 }
 

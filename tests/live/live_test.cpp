@@ -32,7 +32,7 @@ std::vector<std::uint64_t> bits(const std::vector<Particle<double>>& particles)
 std::vector<std::uint64_t> bits(LiveSession& session)
 {
     std::vector<std::uint64_t> all;
-    EXPECT_TRUE(session.inspect_solver([&](const Solver& s) { all = bits(s.particles()); }));
+    EXPECT_TRUE(session.inspect_solver([&](const Simulator& s) { all = bits(s.particles()); }));
     return all;
 }
 
@@ -48,7 +48,7 @@ LiveOptions stepped(bool recorded)
 // By `knead run`: the same frames, from the same hands.
 std::vector<std::uint64_t> run_bits(const LiveScene& live, int frames, long* projected)
 {
-    const std::unique_ptr<Solver> solver = cpu_solver(live.scene.setup);
+    const std::unique_ptr<EditableSimulator> solver = cpu_solver(live.scene.setup);
     const HandSource hands(*live.recording, live.scene.hands);
     BatchRunOptions options;
     options.frames = frames, options.audit_every = 1000000;
@@ -120,7 +120,7 @@ TEST(LiveStepped, PausedTimePassesWithoutFrames)
     EXPECT_TRUE(session.state()->paused);
     session.step(2);
     session.settle();
-    session.inspect_solver([](const Solver&) {});
+    session.inspect_solver([](const Simulator&) {});
     session.pause(false);
     session.advance_to(0.5);
     EXPECT_DOUBLE_EQ(session.state()->time, 0.5);
@@ -133,7 +133,7 @@ TEST(LiveStepped, EditsChangeTheClayAndRefusalsLeaveIt)
     session.advance_to(0.05);
     const std::vector<std::uint64_t> before = bits(session);
     session.set_material(7, preset("snow"));
-    session.edit([](Solver&) { throw std::invalid_argument("no such thing"); });
+    session.edit([](EditableSimulator&) { throw std::invalid_argument("no such thing"); });
     HandsOptions options = session.state()->hands;
     options.held[right] = "spoon";
     session.set_hands(options);
@@ -148,16 +148,17 @@ TEST(LiveStepped, EditsChangeTheClayAndRefusalsLeaveIt)
     session.set_gravity({0, 0, 0});
     options.held[right] = "knife";
     session.set_hands(options);
-    session.edit([](Solver& s) { s.move(0, {{1, 0, 0, 0}, {0, 0.01, 0}}); });
+    session.edit([](EditableSimulator& s) { s.move(0, {{1, 0, 0, 0}, {0, 0.01, 0}}); });
     session.settle();
     EXPECT_EQ(session.state()->refused, 4);
     EXPECT_EQ(session.state()->refusal.empty(), false);
     EXPECT_GT(session.state()->mesh_version, meshes);
     EXPECT_EQ(session.state()->tools.at(1).held, "knife");
-    session.inspect_solver([](const Solver& s) {
-        EXPECT_EQ(s.rules().gravity.y, 0);
-        EXPECT_EQ(s.rules().materials[0].plasticity, Plasticity::clamp);
-        EXPECT_NEAR(s.rules().materials[0].mass, 400 * s.rules().materials[0].volume, 1e-12);
+    session.inspect_solver([](const Simulator& s) {
+        EXPECT_EQ(s.editable()->config().gravity.y, 0);
+        EXPECT_EQ(s.editable()->config().materials[0].plasticity, Plasticity::clamp);
+        EXPECT_NEAR(s.editable()->config().materials[0].mass,
+                    400 * s.editable()->config().materials[0].volume, 1e-12);
     });
     session.advance_to(0.1);
     EXPECT_EQ(session.state()->trouble, "");
@@ -169,7 +170,7 @@ TEST(LiveStepped, AnotherSceneTakesTheFirstOnesPlace)
     session.settle();
     session.advance_to(1);
     EXPECT_FALSE(session.state()->scene);
-    EXPECT_FALSE(session.inspect_solver([](const Solver&) {}));
+    EXPECT_FALSE(session.inspect_solver([](const Simulator&) {}));
     session.reset();
     session.load("scenes/materials.json", {"domain.cells=16", "surface.nodes=32"});
     session.settle();
@@ -232,7 +233,7 @@ TEST_F(Live, ToolsFollowNoFasterThanHandsMove)
         once(session, [&](const LiveState& s) { return s.frame.number > i; });
     }
     EXPECT_TRUE(session.state()->tools.at(1).active);
-    session.inspect_solver([&](const Solver&) {
+    session.inspect_solver([&](const Simulator&) {
         double most = 0;
         for (std::size_t f = 60; f < slow->motions.size(); ++f) {
             const Motion& m = slow->motions[f];
@@ -276,7 +277,9 @@ TEST_F(Live, WhatEndsTheSimulationIsSaidAndAResetBeginsAnew)
         session.reset();
         once(session, [](const LiveState& s) { return s.trouble.empty() && s.frame.number > 4; });
     }
-    options.make = [](const auto&) -> std::unique_ptr<Solver> { throw std::bad_alloc(); };
+    options.make = [](const auto&) -> std::unique_ptr<EditableSimulator> {
+        throw std::bad_alloc();
+    };
     LiveSession session(scene, options);
     session.settle();
     EXPECT_NE(session.state()->trouble.find("more memory"), std::string::npos);

@@ -14,7 +14,7 @@ TEST_F(Live, FramesAreDueOnTheClock)
     once(session, [](const LiveState& s) { return s.frame.number == 2; });
     clock = 0.0199;
     session.settle();
-    session.inspect_solver([&](const Solver&) { EXPECT_EQ(slow->frames, 2); });
+    session.inspect_solver([&](const Simulator&) { EXPECT_EQ(slow->frames, 2); });
     clock = 0.02;
     const auto state = once(session, [](const LiveState& s) { return s.frame.number == 3; });
     EXPECT_EQ(state->backlog.frames, 0);
@@ -44,7 +44,7 @@ TEST_F(Live, ALongPauseOfTheMachineIsNotMadeUpFor)
     clock = 10;
     const auto state = once(session, [](const LiveState& s) { return s.backlog.behind > 9; });
     session.settle();
-    session.inspect_solver([&](const Solver&) { EXPECT_LE(slow->frames, 4); });
+    session.inspect_solver([&](const Simulator&) { EXPECT_LE(slow->frames, 4); });
     EXPECT_NEAR(state->backlog.behind, 9.98, 0.02);
 }
 

@@ -11,8 +11,8 @@
 #include <map>
 
 #include "host/scene/presets.h"
+#include "host/solver/editable_simulator.h"
 #include "host/solver/gpu/material.h"
-#include "host/solver/solver.h"
 #include "tests/solver/clay.h"
 
 namespace knead {

@@ -9,7 +9,7 @@
 
 #include "cuda/mpm/sleep.h"
 #include "host/hands/hands.h"
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 
 namespace knead::resting {
 
@@ -19,9 +19,9 @@ constexpr double frame = 1.0 / 90, dx = 1.0 / 32;
 
 struct Backend {
     const char* name;
-    std::unique_ptr<Solver> (*make)(const Given&);
+    std::unique_ptr<Simulator> (*make)(const Given&);
 };
-inline std::unique_ptr<Solver> on_device(const Given& s) { return gpu_solver(s, 0); }
+inline std::unique_ptr<Simulator> on_device(const Given& s) { return gpu_solver(s, 0); }
 inline const Backend backends[] = {{"float", cpu_solver}, {"cuda", on_device}};
 
 class Resting : public testing::TestWithParam<Backend> {
@@ -30,9 +30,9 @@ class Resting : public testing::TestWithParam<Backend> {
     {
         if (GetParam().make == on_device && !gpu_present()) GTEST_SKIP() << "no CUDA device";
     }
-    std::unique_ptr<Solver> make(const Given& s) { return GetParam().make(s); }
+    std::unique_ptr<Simulator> make(const Given& s) { return GetParam().make(s); }
     // The same with no clay at rest.
-    std::unique_ptr<Solver> awake_throughout(Given s)
+    std::unique_ptr<Simulator> awake_throughout(Given s)
     {
         s.rest.mode = RestMode::none;
         return make(s);
@@ -115,7 +115,7 @@ struct Pressed {
         add_ball(s, radius);
     }
     // Sinks by `deep` [m] in so many frames. Tells what moved and woke in all.
-    FrameStats press(Solver& solver, double deep, int frames) const
+    FrameStats press(Simulator& solver, double deep, int frames) const
     {
         const auto place = [&](int f) {
             return Vec3<double>{10 * dx, top + radius + 0.1 * dx - deep * f / frames, 9 * dx};

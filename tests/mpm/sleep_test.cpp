@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "host/solver/audit.h"
+#include "host/solver/editable_simulator.h"
 #include "host/solver/pieces.h"
-#include "host/solver/solver.h"
 #include "tests/mpm/resting.h"
 #include "tests/sanitized.h"
 
@@ -154,7 +154,7 @@ TEST_P(Rests, AHandThatPressesOneEndOfASlabLeavesTheOtherAsleep)
         const auto slept = make(s), other = awake_throughout(s);
         const Vec3<double> above{10 * dx, 14 * dx, 9 * dx};
         for (int f = 0; f < 12; ++f)
-            for (Solver* one : {slept.get(), other.get()}) one->advance(at(above, above), frame);
+            for (Simulator* one : {slept.get(), other.get()}) one->advance(at(above, above), frame);
         const long moved = slab.press(*slept, 1.5 * dx, 20).moved;
         EXPECT_LT(moved, slab.press(*other, 1.5 * dx, 20).moved / 2);
         const Particles a = slept->particles(), b = other->particles();

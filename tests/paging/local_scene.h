@@ -47,7 +47,7 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
         number = 0;
         middle = local->still().centre;
     }
-    std::unique_ptr<Solver> made() const
+    std::unique_ptr<EditableSimulator> made() const
     {
         return GetParam() ? gpu_solver(scene.setup, 0) : cpu_solver(scene.setup);
     }
@@ -136,7 +136,7 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
     }
 
     Scene scene;
-    std::unique_ptr<Solver> solver;  // outlives the thread of what goes back
+    std::unique_ptr<EditableSimulator> solver;  // outlives the thread of what goes back
     std::unique_ptr<SplatUpkeep> moving;
     std::unique_ptr<LocalClay> local;
     std::vector<Vec3<float>> middle;  // centres at first

@@ -110,7 +110,7 @@ class GoldenPictures : public InFolder {
         build(scene, std::size_t(1) << 32);
         std::unique_ptr<HandSource> hands;
         if (scene.has_hands) hands = std::make_unique<HandSource>(hands_of(scene), scene.hands);
-        const std::unique_ptr<Solver> solver = cpu_solver(scene.setup);
+        const std::unique_ptr<Simulator> solver = cpu_solver(scene.setup);
         SessionLoopOptions options = loop_options(scene);
         options.frames = frames.back();
         SessionLoop loop(*solver, recorded_motion(hands.get(), scene.hands), options);

@@ -45,7 +45,7 @@ std::string drawn_by()
 TEST_F(Pictures, OneThatCannotBeMadeIsCountedAndSaidOnceAndTheRunGoesOn)
 {
     const Scene small = scene();
-    const std::unique_ptr<Solver> solver = cpu_solver(small.setup);
+    const std::unique_ptr<Simulator> solver = cpu_solver(small.setup);
     BatchRunOptions options;
     options.frames = 5, options.mesh_every = 1;
     int asked = 0;

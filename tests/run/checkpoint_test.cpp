@@ -141,7 +141,7 @@ TEST_F(CheckpointFile, HoldsGaussiansThatFollowTheClay)
     Checkpoint c = read_checkpoint(path("torn/" + std::string(checkpoint_name)));
     Gaussian<double> g = gaussian_at(Vec3<double>{0.125, 0.25, 0.5}, 0);
     g.F = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}, g.sides = below;
-    c.state.setup.gaussians = {g, gaussian_at(Vec3<double>{0.5, 0.5, 0.5}, 0)};
+    c.state.contents.gaussians = {g, gaussian_at(Vec3<double>{0.5, 0.5, 0.5}, 0)};
     c.record.rows.back().stats.stranded = 7, c.record.rows.back().splats_split = 5;
     SplatCloud cloud;
     cloud.degree = 1, cloud.antialiased = true;
@@ -162,8 +162,8 @@ TEST_F(CheckpointFile, HoldsGaussiansThatFollowTheClay)
     EXPECT_EQ(read.local.slot_of, c.local.slot_of);
     EXPECT_EQ(read.local.clay, c.local.clay);
     EXPECT_EQ(read.local.objects, 3);
-    EXPECT_TRUE(same_bits(read.state.setup.gaussians, c.state.setup.gaussians));
-    EXPECT_TRUE(same_bits(read.state.setup.particles, c.state.setup.particles));
+    EXPECT_TRUE(same_bits(read.state.contents.gaussians, c.state.contents.gaussians));
+    EXPECT_TRUE(same_bits(read.state.contents.particles, c.state.contents.particles));
     EXPECT_EQ(read.state.quiet, c.state.quiet);
     EXPECT_TRUE(same_bits(read.state.sliding, c.state.sliding));
     EXPECT_EQ(read.record.rows.back().stats.stranded, 7);
@@ -236,15 +236,15 @@ TEST_F(CheckpointFile, WhatMakesNoSenseToTheSolverIsRefused)
     };
     refused_with([](Checkpoint& c) { c.state.order[0] = c.state.order[1]; });
     refused_with([](Checkpoint& c) { c.state.order[0] = -7; });
-    refused_with([](Checkpoint& c) { c.state.setup.particles[3].x.y = 1e9; });
-    refused_with([](Checkpoint& c) { c.state.setup.particles[3].object = 99; });
-    refused_with([](Checkpoint& c) { c.state.setup.particles[3].v.x = std::nan(""); });
+    refused_with([](Checkpoint& c) { c.state.contents.particles[3].x.y = 1e9; });
+    refused_with([](Checkpoint& c) { c.state.contents.particles[3].object = 99; });
+    refused_with([](Checkpoint& c) { c.state.contents.particles[3].v.x = std::nan(""); });
     refused_with(
-        [](Checkpoint& c) { c.state.setup.particles.pop_back(), c.state.order.pop_back(); });
+        [](Checkpoint& c) { c.state.contents.particles.pop_back(), c.state.order.pop_back(); });
     const auto with = [](Gaussian<double> g) {
-        return [g](Checkpoint& c) { c.state.setup.gaussians = {g}; };
+        return [g](Checkpoint& c) { c.state.contents.gaussians = {g}; };
     };
-    const Vec3<double> inside = good.state.setup.particles[3].x;
+    const Vec3<double> inside = good.state.contents.particles[3].x;
     refused_with(with(gaussian_at(inside, 99)));
     refused_with(with(gaussian_at(Vec3<double>{0.16, 1e9, 0.16}, 0)));
     refused_with(with(gaussian_at(Vec3<double>{0.16, std::nan(""), 0.16}, 0)));

@@ -29,9 +29,9 @@ double now()
 // Powers of two: sums of substeps are exact.
 constexpr double step = 0x1p-13, frame = 16 * step;
 
-std::vector<std::unique_ptr<Solver>> both(const Setup& setup)
+std::vector<std::unique_ptr<Simulator>> both(const Setup& setup)
 {
-    std::vector<std::unique_ptr<Solver>> all;
+    std::vector<std::unique_ptr<Simulator>> all;
     all.push_back(cpu_solver(setup));
     all.push_back(make_solver(setup, {DeviceKind::cpu_double}));
     return all;

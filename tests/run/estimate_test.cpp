@@ -112,7 +112,7 @@ TEST_F(Estimate, AFrameTakesAboutWhatWasTold)
     EXPECT_EQ(cost.per_thousand, 0);
     EXPECT_FALSE(cost.still);
     EXPECT_EQ(cost_text(cost).find("1000 particles"), std::string::npos);
-    const std::unique_ptr<Solver> solver = make_solver(ball.setup, cpu);
+    const std::unique_ptr<Simulator> solver = make_solver(ball.setup, cpu);
     solver->advance({}, frame_duration(ball));
     const double begin = process_seconds();
     for (int k = 0; k < 3; ++k) solver->advance({}, frame_duration(ball));

@@ -65,7 +65,7 @@ class RunFolder : public InFolder {
 };
 
 // A solver that plays back what a test wants to see.
-class Played : public Solver {
+class Played : public Simulator, private StageProfile {
   public:
     explicit Played(const Setup& setup) : state(setup.particles) {}
     FrameStats advance(const Motion& motion, double duration) override
@@ -84,7 +84,7 @@ class Played : public Solver {
     }
     std::vector<Particle<double>> particles() const override { return state; }
     std::vector<double> penetration() const override { return {0.001, 0.002, 0.003}; }
-    const std::vector<StageTime>& stage_times() const override { return times; }
+    const StageProfile* profile() const override { return this; }
     std::size_t memory() const override { return 1; }
     std::string name() const override { return "played"; }
 
@@ -92,7 +92,10 @@ class Played : public Solver {
     std::vector<Particle<double>> state;
     std::vector<Motion> motions;
     std::vector<double> durations;
-    std::vector<StageTime> times{{"stage", 0.25}};
+
+  private:
+    const std::vector<StageTime>& times() const override { return stages; }
+    std::vector<StageTime> stages{{"stage", 0.25}};
 };
 
 Scene built(const std::string& file, const std::vector<std::string>& settings = {})

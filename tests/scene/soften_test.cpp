@@ -44,7 +44,7 @@ std::string refusal(const std::string& material, const std::vector<std::string>&
     return "accepted";
 }
 
-double height(const Solver& solver)
+double height(const Simulator& solver)
 {
     const auto all = solver.particles();
     double sum = 0;
@@ -158,8 +158,9 @@ TEST(Soften, AMaterialThatALiveSessionIsGivenIsSoftenedLikewise)
     const auto modulus_with = [&](const Material<double>& given) {
         session.set_material(0, given);
         double modulus = 0;
-        session.inspect_solver(
-            [&](const Solver& s) { modulus = elastic_modulus(s.rules().materials[0]); });
+        session.inspect_solver([&](const Simulator& s) {
+            modulus = elastic_modulus(s.editable()->config().materials[0]);
+        });
         return modulus;
     };
     EXPECT_NEAR(modulus_with(stiff) * times / elastic_modulus(stiff), 1, 1e-6);

@@ -11,7 +11,7 @@
 #include "host/base/errors.h"
 #include "host/scene/scene.h"
 #include "host/scene/seed.h"
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 #include "tests/folder.h"
 
 namespace knead {

@@ -164,7 +164,7 @@ Shaped shaped(const std::shared_ptr<const LiveScene>& scene, double display)
     }
     end.frames = session.state()->frame.number;
     EXPECT_EQ(session.state()->refused, 1) << session.state()->refusal;
-    session.inspect_solver([&](const Solver& s) { end.particles = s.particles(); });
+    session.inspect_solver([&](const Simulator& s) { end.particles = s.particles(); });
     return end;
 }
 
@@ -182,7 +182,7 @@ TEST(HandActions, ArePlayedByARunToTheSameBits)
         ASSERT_EQ(made.actions.size(), 7u);
         EXPECT_GT(made.frames, 80);
         const auto play = [&](const std::vector<HandAction>& actions, int& refused) {
-            const std::unique_ptr<Solver> solver = cpu_solver(scene->scene.setup);
+            const std::unique_ptr<EditableSimulator> solver = cpu_solver(scene->scene.setup);
             SceneSplats splats(scene->scene, scene->splats);
             ActionReplay replay(made.hands, scene->scene.hands, scene->scene.frame_rate, actions);
             const HandSource hands(made.hands, scene->scene.hands);

@@ -11,8 +11,33 @@
 namespace knead {
 namespace {
 
+// Refuses every edit.
+class Unedited : public EditableSimulator {
+  public:
+    std::vector<int> add_each(const Material<double>&, Clays) override { refuse(); }
+    void remove_each(std::span<const int>) override { refuse(); }
+    void set_material(int, const Material<double>&) override { refuse(); }
+    void move(int, const RigidMotion<double>&) override { refuse(); }
+    void set_gravity(Vec3<double>) override { refuse(); }
+    void set_walls(const WallOptions&) override { refuse(); }
+    void set_tools(const Rig&, const std::vector<Tool<double>>&) override { refuse(); }
+    void attach(int, const std::vector<Vec3<double>>&) override { refuse(); }
+    void set_gaussians(const std::vector<Gaussian<double>>&) override { refuse(); }
+    void edit_gaussians(const GaussianEdits&) override { refuse(); }
+    const SimulationConfig& config() const override { return nothing; }
+    std::shared_ptr<const Snapshot> snapshot() const override { refuse(); }
+    void restore(const Snapshot&) override { refuse(); }
+    SnapshotData held(const Snapshot&) const override { refuse(); }
+    SavedState save() const override { refuse(); }
+    void load(const SavedState&) override { refuse(); }
+
+  private:
+    [[noreturn]] static void refuse() { throw std::logic_error("takes no edits"); }
+    SimulationConfig nothing;
+};
+
 // A solver that writes into a diary what it is asked to do, where others write, too.
-class Diary : public Solver {
+class Diary : public Unedited {
   public:
     explicit Diary(std::string& to) : text(to) {}
     FrameStats advance(const Motion& motion, double duration) override
@@ -42,7 +67,6 @@ class Diary : public Solver {
         return std::vector<Particle<double>>(1);
     }
     std::vector<double> penetration() const override { return {}; }
-    const std::vector<StageTime>& stage_times() const override { return times; }
     std::size_t memory() const override { return 1; }
     std::string name() const override { return "diary"; }
 
@@ -51,7 +75,6 @@ class Diary : public Solver {
     int fails_to_begin = 0, fails_to_end = 0, still_at = 0;
     mutable int fetched = 0;
     std::vector<Motion> motions;
-    std::vector<StageTime> times;
 };
 
 class Loop : public testing::Test {
@@ -155,7 +178,7 @@ TEST_F(Loop, EditsAreMadeOnceBetweenFramesWithNoneUnderWay)
         l.observe([&](const FrameResult& f) {
             if (f.number != 1) return;
             for (const char* name : {"e ", "f "})
-                l.edit([&, name](Solver& edited) {
+                l.edit([&, name](EditableSimulator& edited) {
                     EXPECT_EQ(&edited, &solver);
                     text += name;
                 });
@@ -242,7 +265,7 @@ TEST_F(Loop, MeshesStandWhileNoClayMovesAndNothingIsEdited)
     l.observe([&](const FrameResult& f) {
         stood.push_back(l.meshes_stand());
         seen.push_back(l.meshes());
-        if (f.number == 2) l.edit([&](Solver&) { solver.still_at = 3; });
+        if (f.number == 2) l.edit([&](EditableSimulator&) { solver.still_at = 3; });
     });
     l.run();
     EXPECT_EQ(stood, (std::vector<bool>{false, true, false, false}));
@@ -254,7 +277,8 @@ TEST_F(Loop, MeshesStandWhileNoClayMovesAndNothingIsEdited)
 // What is left of a ball between closing tools, all of it, to the bit; the first number is how
 // often they touched. `waits` counts those of the host while frames were handed over, from the
 // fifth on.
-std::vector<std::uint64_t> squeezed(const Setup& setup, Solver& solver, bool ahead, long& waits)
+std::vector<std::uint64_t> squeezed(const Setup& setup, EditableSimulator& solver, bool ahead,
+                                    long& waits)
 {
     SessionLoopOptions options;
     options.duration = 2e-3, options.rate = 500, options.frames = 8, options.first = 10;
@@ -276,7 +300,8 @@ std::vector<std::uint64_t> squeezed(const Setup& setup, Solver& solver, bool ahe
     return all;
 }
 
-void expect_same_bits_ahead(const std::function<std::unique_ptr<Solver>(const Setup&)>& make)
+void expect_same_bits_ahead(
+    const std::function<std::unique_ptr<EditableSimulator>(const Setup&)>& make)
 {
     Setup setup = ball(16);
     add_tools(setup);
@@ -316,7 +341,7 @@ TEST(LoopOnTheGpu, KeptSurfacesComeWithTheirFramesAndCostOneWait)
         const long before = gpu_waits();
         kept.push_back(l.device_mesh());
         EXPECT_EQ(gpu_waits() - before, 1) << f.number;
-        if (f.number == 3) l.edit([](Solver& s) { s.set_gravity({0, -5, 0}); });
+        if (f.number == 3) l.edit([](EditableSimulator& s) { s.set_gravity({0, -5, 0}); });
         fetched.push_back(l.meshes());
     });
     l.run();

@@ -11,7 +11,7 @@ namespace knead {
 struct BackEnd {
     const char* name;
     bool device, deterministic;
-    std::unique_ptr<Solver> make(Setup s) const
+    std::unique_ptr<Simulator> make(Setup s) const
     {
         s.deterministic = deterministic;
         return device ? gpu_solver(s, 0) : cpu_solver(s);

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "host/bench/ball.h"
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 #include "host/surface/gpu_surface.h"
 #include "tests/solver/same_bits.h"
 #include "tests/surface/surface_clay.h"
@@ -47,7 +47,10 @@ class GpuCounters : public testing::Test {
     static std::vector<StageWork> counts_of(Of& of, std::string& why)
     {
         try {
-            return of.stage_counts();
+            if constexpr (requires { of.profile(); })
+                return of.profile()->counts();
+            else
+                return of.stage_counts();
         } catch (const std::runtime_error& e) {
             why = e.what();
             return {};
@@ -62,7 +65,7 @@ TEST_F(GpuCounters, CountTheStagesOfAFrameAndLeaveTheNextOnesAsTheyWere)
     add_tools(s);
     s.deterministic = true;
     const auto watched = gpu_solver(s, 0), left_alone = gpu_solver(s, 0);
-    EXPECT_TRUE(watched->stage_counts().empty());  // there was no frame yet
+    EXPECT_TRUE(watched->profile()->counts().empty());  // there was no frame yet
     FrameStats stats;
     const auto play = [&](int first) {
         for (int f = first; f < first + 3; ++f) {
@@ -93,7 +96,7 @@ TEST_F(GpuCounters, CountTheStagesOfAFrameAndLeaveTheNextOnesAsTheyWere)
     EXPECT_GT(once[4].work.instructions / items, 100 / 32.0);
     EXPECT_LT(once[4].work.instructions / items, 10000 / 32.0);
     play(3);
-    const auto places = [](const Solver& solver) {
+    const auto places = [](const Simulator& solver) {
         std::vector<Vec3<double>> all;
         for (const Particle<double>& q : solver.particles()) all.push_back(q.x);
         return all;

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "host/bench/ball.h"
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 #include "tests/solver/same_bits.h"
 #include "tests/solver/samples.h"
 
@@ -28,7 +28,7 @@ class Edit : public ::testing::TestWithParam<Backend> {
     {
         if (GetParam().gpu && !gpu_present()) GTEST_SKIP() << "no CUDA device";
     }
-    static std::unique_ptr<Solver> make(const Scene& s)
+    static std::unique_ptr<EditableSimulator> make(const Scene& s)
     {
         return GetParam().gpu ? gpu_solver(s, 0) : cpu_solver(s);
     }
@@ -76,30 +76,31 @@ Scene two_balls()
     return s;
 }
 
-void play(Solver& solver, int from, int frames)
+void play(EditableSimulator& solver, int from, int frames)
 {
     for (int f = from; f < from + frames; ++f) solver.advance(closing(f * frame, frame), frame);
 }
 
 // The scene as it stands, made anew.
-Scene anew(const Solver& solver)
+Scene anew(const EditableSimulator& solver)
 {
-    Scene s = solver.rules();
+    Scene s = solver.config();
     s.particles = solver.particles();
     return s;
 }
 
 // Plays two frames, edits the one solver, and the scene that the other is made of.
-void expect_equal_to_one_made_so(const std::function<std::unique_ptr<Solver>(const Scene&)>& make,
-                                 const std::function<void(Solver&)>& edit,
-                                 const std::function<void(Scene&)>& edit_scene)
+void expect_equal_to_one_made_so(
+    const std::function<std::unique_ptr<EditableSimulator>(const Scene&)>& make,
+    const std::function<void(EditableSimulator&)>& edit,
+    const std::function<void(Scene&)>& edit_scene)
 {
-    const std::unique_ptr<Solver> edited = make(two_balls());
+    const std::unique_ptr<EditableSimulator> edited = make(two_balls());
     play(*edited, 0, 2);
     Scene scene = anew(*edited);
     edit_scene(scene);
     edit(*edited);
-    const std::unique_ptr<Solver> fresh = make(scene);
+    const std::unique_ptr<EditableSimulator> fresh = make(scene);
     EXPECT_TRUE(same_bits(edited->particles(), fresh->particles()));
     play(*edited, 2, 3), play(*fresh, 2, 3);
     const Particles one = edited->particles(), other = fresh->particles();
@@ -112,7 +113,7 @@ TEST_P(Edit, AddedClayIsAsIfItHadBeenThere)
 {
     const Particles more = clay_around({0.5, 0.75, 0.5}, 0.08, dx);
     expect_equal_to_one_made_so(
-        make, [&](Solver& s) { EXPECT_EQ(s.add(snow(dx), more), 2); },
+        make, [&](EditableSimulator& s) { EXPECT_EQ(s.add(snow(dx), more), 2); },
         [&](Scene& s) {
             s.materials.push_back(snow(dx));
             for (Particle<double> p : more) p.object = 2, s.particles.push_back(p);
@@ -122,14 +123,14 @@ TEST_P(Edit, AddedClayIsAsIfItHadBeenThere)
 TEST_P(Edit, RemovedClayIsAsIfItHadNotBeenThere)
 {
     expect_equal_to_one_made_so(
-        make, [](Solver& s) { s.remove(0); },
+        make, [](EditableSimulator& s) { s.remove(0); },
         [](Scene& s) { std::erase_if(s.particles, [](const auto& p) { return p.object == 0; }); });
 }
 
 TEST_P(Edit, AnotherMaterialIsAsIfItHadBeenThere)
 {
     expect_equal_to_one_made_so(
-        make, [](Solver& s) { s.set_material(0, snow(dx)); },
+        make, [](EditableSimulator& s) { s.set_material(0, snow(dx)); },
         [](Scene& s) {
             s.materials[0] = snow(dx);
             for (Particle<double>& p : s.particles)
@@ -141,7 +142,7 @@ TEST_P(Edit, MovedClayIsAsIfItHadBeenThere)
 {
     const RigidMotion<double> motion{turn_about(Vec3<double>{0, 1, 0}, 0.4), {-0.15, 0.2, 0.25}};
     expect_equal_to_one_made_so(
-        make, [&](Solver& s) { s.move(1, motion); },
+        make, [&](EditableSimulator& s) { s.move(1, motion); },
         [&](Scene& s) {
             for (Particle<double>& p : s.particles)
                 if (p.object == 1) move(p, motion);
@@ -156,7 +157,7 @@ TEST_P(Edit, GravityWallsAndToolsAreAsIfTheyHadBeenSo)
     other.tools[0].mode = ContactMode::slip;
     expect_equal_to_one_made_so(
         make,
-        [&](Solver& s) {
+        [&](EditableSimulator& s) {
             s.set_gravity({0, 3, -9.81});
             s.set_walls(walls_inside(other.lattice, 4, ContactMode::sticky, 0.1));
             s.set_tools(other.rig, other.tools);
@@ -181,7 +182,7 @@ TEST_P(Edit, ToolsMayGoAndBladesMayCome)
     play(*solver, 4, 3);
     solver->set_tools({}, {});
     for (int f = 0; f < 2; ++f) EXPECT_EQ(solver->advance({}, frame).repaired, 0);
-    EXPECT_TRUE(solver->rules().cuts);
+    EXPECT_TRUE(solver->config().cuts);
     EXPECT_EQ(solver->particles().size(), two_balls().particles.size());
 }
 
@@ -211,7 +212,7 @@ TEST_P(Edit, ASnapshotBringsTheSameFutureBack)
     for (int f = 0; f < 2; ++f) solver->advance({}, frame);
     solver->restore(*snapshot);
     EXPECT_TRUE(same_bits(solver->particles(), then));
-    EXPECT_EQ(solver->rules().gravity.y, two_balls().gravity.y);
+    EXPECT_EQ(solver->config().gravity.y, two_balls().gravity.y);
     play(*solver, 3, 4);
     EXPECT_TRUE(same_bits(solver->particles(), first));
 }
@@ -379,7 +380,7 @@ TEST_P(Edit, AThousandRandomEditsKeepTheBooks)
             ASSERT_EQ(stats.repaired, 0) << round;
         }
         if (round % 50 != 0) continue;
-        std::vector<std::size_t> found(solver->rules().materials.size(), 0);
+        std::vector<std::size_t> found(solver->config().materials.size(), 0);
         for (const Particle<double>& p : solver->particles()) {
             ASSERT_TRUE(std::isfinite(length(p.x) + length(p.v))) << round;
             ++found.at(std::size_t(p.object));

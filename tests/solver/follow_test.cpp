@@ -41,7 +41,7 @@ Given flying(Vec3<double> v, double rate)
 struct Off {
     double x = 0, F = 0;
 };
-Off off(const Given& s, const Solver& solver, Vec3<double> way, double angle, double within)
+Off off(const Given& s, const Simulator& solver, Vec3<double> way, double angle, double within)
 {
     const Mat3<double> Q = rotation(turn_about(Vec3<double>{0, 0, 1}, angle));
     const auto all = solver.gaussians();

@@ -11,13 +11,13 @@ namespace knead {
 
 struct Follower {
     const char* name;
-    std::unique_ptr<Solver> (*make)(const Setup&);
+    std::unique_ptr<Simulator> (*make)(const Setup&);
     bool device = false;
 };
 const Follower follower_float{"float", cpu_solver},
     follower_reference{
         "reference",
-        [](const Setup&s) -> std::unique_ptr<Solver> { return std::make_unique<Reference>(s); }},
+        [](const Setup&s) -> std::unique_ptr<Simulator> { return std::make_unique<Reference>(s); }},
     follower_cuda{"cuda", [](const Setup&s) { return gpu_solver(s, 0); }, true};
 inline std::string name_of(const testing::TestParamInfo<Follower>& at) { return at.param.name; }
 
@@ -28,7 +28,7 @@ class Following : public testing::TestWithParam<Follower> {
     {
         if (GetParam().device && !gpu_present()) GTEST_SKIP() << "no CUDA device";
     }
-    std::unique_ptr<Solver> make(const knead::Setup& s) { return GetParam().make(s); }
+    std::unique_ptr<Simulator> make(const knead::Setup& s) { return GetParam().make(s); }
 };
 
 }  // namespace knead

@@ -62,7 +62,7 @@ struct Result {
     long projected = 0, repaired = 0, yielded = 0;
 };
 
-Result played(Solver& solver, int frames)
+Result played(Simulator& solver, int frames)
 {
     Result r;
     for (int f = 0; f < frames; ++f) {
@@ -203,7 +203,7 @@ TEST_F(GpuSolver, MeasuringItsStagesChangesNothing)
     const auto measured = gpu_solver(s, 0), left_alone = gpu_solver(s, 0);
     played(*measured, 4), played(*left_alone, 4);
     double sum = 0;
-    for (const StageTime& t : measured->stage_times()) sum += t.seconds;
+    for (const StageTime& t : stage_times(*measured)) sum += t.seconds;
     EXPECT_GT(sum, 0);
     EXPECT_EQ(measured->penetration().size(), left_alone->penetration().size());
     EXPECT_EQ(farthest(played(*measured, 2), played(*left_alone, 2)), 0);

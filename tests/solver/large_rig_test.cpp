@@ -13,7 +13,7 @@ namespace knead {
 namespace {
 
 constexpr double frame = 1.0 / 90;
-using Maker = std::function<std::unique_ptr<Solver>(const Setup&)>;
+using Maker = std::function<std::unique_ptr<Simulator>(const Setup&)>;
 
 // A necklace of many joints, more than two hands have and more than a kernel stages at a time.
 void expect_the_references(const Maker& make)
@@ -38,7 +38,7 @@ void expect_the_references(const Maker& make)
         }
         return joints;
     };
-    const auto play_ring = [&](Solver& solver) {
+    const auto play_ring = [&](Simulator& solver) {
         // One frame: the beads are smaller than a cell, and each frame multiplies by some 20 what
         // rounding made of a depth.
         return solver.advance({ring(0, 0.58), ring(0.05, 0.57), {1}}, frame).projected;

@@ -38,7 +38,7 @@ std::string refused_edit(const MaterialSpec& from, const MaterialSpec& to)
     try {
         rules.set_material(0, made(to));
     } catch (const std::invalid_argument& e) {
-        EXPECT_EQ(rules.setup().materials[0].density, from.density) << "nothing was changed";
+        EXPECT_EQ(rules.config().materials[0].density, from.density) << "nothing was changed";
         return e.what();
     }
     return "";

@@ -117,7 +117,7 @@ struct Outcome {
     std::vector<Gaussian<double>> gaussians;
     FrameStats sum;
 };
-Outcome outcome(Solver& solver, const Played& p)
+Outcome outcome(Simulator& solver, const Played& p)
 {
     Outcome o;
     for (const Motion& m : p.motions) {

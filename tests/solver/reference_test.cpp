@@ -201,7 +201,7 @@ TEST_P(AgainstTheReference, SubstepsAreAsLongAndCutByTheSame)
         EXPECT_NEAR(mine.dt_max, wanted.dt_max, 1e-5 * wanted.dt_max);
         for (int l = 0; l < int(Limit::count); ++l) EXPECT_EQ(mine.limits[l], wanted.limits[l]);
     }
-    const auto deepest = [](const Solver& of) {
+    const auto deepest = [](const Simulator& of) {
         const std::vector<double> depths = of.penetration();
         return depths.empty() ? 0 : *std::max_element(depths.begin(), depths.end());
     };

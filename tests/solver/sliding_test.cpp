@@ -31,7 +31,7 @@ Given block(const std::string& material, int cells_high, double friction)
     return s;
 }
 
-Vec3<double> middle(const Solver& solver)
+Vec3<double> middle(const Simulator& solver)
 {
     const Particles all = solver.particles();
     Vec3<double> sum{};
@@ -127,7 +127,7 @@ TEST_P(Slides, AndGoesOnFromASavedStateAndASnapshot)
     s.threads = 2;
     if (GetParam().device && !GetParam().deterministic) GTEST_SKIP() << "sums in any order";
     const auto solver = GetParam().make(s);
-    const auto play = [](Solver& of) {
+    const auto play = [](Simulator& of) {
         for (int f = 0; f < 3; ++f) of.advance({}, 0.005);
         return of.particles();
     };
@@ -152,7 +152,7 @@ TEST_P(Slides, AndGoesOnFromASavedStateAndASnapshot)
 
     // An edit is felt as a new scene is: sliding begins anew.
     solver->restore(*snapshot);
-    Given now = solver->rules();
+    Given now = solver->config();
     now.particles = solver->particles();
     now.gravity.y = -8, solver->set_gravity(now.gravity);
     EXPECT_TRUE(solver->save().sliding.empty());

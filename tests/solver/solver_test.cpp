@@ -1,6 +1,4 @@
 // The whole substep, on every backend that is there: what must hold of any frame.
-#include "host/solver/solver.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 
 #include "cuda/mpm/g2p.h"
 #include "host/hands/hands.h"
+#include "host/solver/editable_simulator.h"
 #include "host/solver/reference.h"
 
 namespace knead {
@@ -19,11 +18,11 @@ constexpr double frame = 1.0 / 60;
 
 struct Backend {
     const char* name;
-    std::unique_ptr<Solver> (*make)(const Given&);
+    std::unique_ptr<Simulator> (*make)(const Given&);
     double precision;  // of a sum over a substep, relative
 };
-std::unique_ptr<Solver> on_device(const Given& s) { return gpu_solver(s, 0); }
-std::unique_ptr<Solver> reference(const Given& s) { return std::make_unique<Reference>(s); }
+std::unique_ptr<Simulator> on_device(const Given& s) { return gpu_solver(s, 0); }
+std::unique_ptr<Simulator> reference(const Given& s) { return std::make_unique<Reference>(s); }
 const Backend backends[] = {
     {"float", cpu_solver, 1e-6}, {"reference", reference, 1e-13}, {"cuda", on_device, 1e-6}};
 
@@ -33,7 +32,7 @@ class EveryBackend : public testing::TestWithParam<Backend> {
     {
         if (GetParam().make == on_device && !gpu_present()) GTEST_SKIP() << "no CUDA device";
     }
-    std::unique_ptr<Solver> make(const Given& s) { return GetParam().make(s); }
+    std::unique_ptr<Simulator> make(const Given& s) { return GetParam().make(s); }
 };
 INSTANTIATE_TEST_SUITE_P(Solver, EveryBackend, testing::ValuesIn(backends),
                          [](const auto& at) { return std::string(at.param.name); });
@@ -249,7 +248,7 @@ Given intruded()
 }
 
 // The farthest that clay is moved in a frame [m].
-double farthest(Solver& solver, const std::function<float(int)>& size)
+double farthest(Simulator& solver, const std::function<float(int)>& size)
 {
     double way = 0;
     for (int f = 0; f < 20; ++f) {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "host/bench/ball.h"
+#include "host/solver/editable_simulator.h"
 #include "host/solver/edits.h"
-#include "host/solver/solver.h"
 #include "tests/solver/same_bits.h"
 
 namespace knead {
@@ -23,7 +23,7 @@ class SomeEdits : public testing::TestWithParam<bool> {
     {
         if (GetParam() && !gpu_present()) GTEST_SKIP() << "no CUDA device";
     }
-    std::unique_ptr<Solver> make(const Given& s) const
+    std::unique_ptr<EditableSimulator> make(const Given& s) const
     {
         return GetParam() ? gpu_solver(s, 0) : cpu_solver(s);
     }
@@ -60,7 +60,7 @@ Given turning_block()
     return s;
 }
 
-void advance(Solver& solver, int frames)
+void advance(EditableSimulator& solver, int frames)
 {
     for (int f = 0; f < frames; ++f) solver.advance({}, frame);
 }
@@ -98,7 +98,7 @@ TEST_P(SomeEdits, OfSeveralObjectsOneThatCannotBeLeavesAllAsItWas)
     EXPECT_THROW(solver->remove_each(twice), std::invalid_argument);
     EXPECT_THROW(solver->remove_each(unknown), std::invalid_argument);
     EXPECT_TRUE(same_bits(solver->particles(), before));
-    EXPECT_EQ(solver->rules().materials.size(), 1u);
+    EXPECT_EQ(solver->config().materials.size(), 1u);
 }
 
 // As who would take all of them, change some and put them back; more than there was room for.

@@ -55,7 +55,7 @@ struct Off {
     double mean = 0, max = 0;           // Gaussians from the particles they began at [cells]
     double volume = 0, max_volume = 0;  // det F from the particle's volume ratio
 };
-Off off(const Solver& solver)
+Off off(const Simulator& solver)
 {
     const auto g = solver.gaussians();
     const auto q = solver.particles();
@@ -266,13 +266,13 @@ Given pressed()
     s.deterministic = true, s.threads = 2;
     return s;
 }
-void play(Solver& solver, int from, int frames)
+void play(Simulator& solver, int from, int frames)
 {
     const auto at = [](double time) { return wrists(0.31 - std::fmin(0.15 + time, 0.22), 0); };
     for (int f = from; f < from + frames; ++f)
         solver.advance({at(f * frame), at((f + 1) * frame), {1, 1}}, frame);
 }
-void expect_same(const Solver& a, const Solver& b)
+void expect_same(const Simulator& a, const Simulator& b)
 {
     EXPECT_TRUE(same_bits(a.gaussians(), b.gaussians()));
     EXPECT_TRUE(same_bits(a.particles(), b.particles()));
@@ -285,7 +285,7 @@ TEST_P(FollowEdits, AttachedBetweenFramesTheyAreThoseOfASceneMadeSo)
     s.gaussians.assign(all.begin(), all.begin() + 100);
     const auto edited = make(s);
     play(*edited, 0, 2);
-    Given anew = edited->rules();
+    Given anew = edited->config();
     anew.particles = edited->particles(), anew.gaussians = edited->gaussians();
     std::vector<Vec3<double>> places;
     for (std::size_t i = 100; i < 400; ++i) {
@@ -337,7 +337,7 @@ TEST_P(FollowEdits, ASnapshotAndASavedStateBringThemBackToTheBit)
     play(*solver, 0, 2);
     const auto snapshot = solver->snapshot();
     const SavedState saved = solver->save();
-    ASSERT_FALSE(saved.setup.gaussians.empty());
+    ASSERT_FALSE(saved.contents.gaussians.empty());
     play(*solver, 2, 3);
     const Gaussians wanted = solver->gaussians();
     solver->attach(0, {middle});

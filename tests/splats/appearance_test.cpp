@@ -15,7 +15,7 @@ struct Shares {
 };
 
 // Open is a pixel in which one sees more than one and a half particles' spacings into the clay.
-double open_share(const Body& b, const Solver& solver, const Eye<float>& eye, Follow follow)
+double open_share(const Body& b, const Simulator& solver, const Eye<float>& eye, Follow follow)
 {
     const Picture seen = picture_of(b.splats, solver, eye, follow);
     const Coverage c = coverage(seen, clay_seen(b, solver, eye), 3, 0.9, 1.5 * b.spacing);

@@ -4,7 +4,7 @@
 
 #include "host/assets/fill.h"
 #include "host/bench/ball.h"
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 #include "host/splats/cells.h"
 #include "host/splats/coverage.h"
 #include "host/splats/deformed.h"
@@ -147,8 +147,8 @@ inline Picture picture_of(const SplatCloud& cloud, const std::vector<Gaussian<do
     return cpu_raster(cloud, shown).front();
 }
 
-inline Picture picture_of(const CarriedSplats& splats, const Solver& solver, const Eye<float>& eye,
-                          Follow follow = Follow::total)
+inline Picture picture_of(const CarriedSplats& splats, const EditableSimulator& solver,
+                          const Eye<float>& eye, Follow follow = Follow::total)
 {
     std::vector<Gaussian<double>> g = solver.gaussians();
     if (follow == Follow::elastic) make_elastic(g, solver.particles());
@@ -158,7 +158,8 @@ inline Picture picture_of(const CarriedSplats& splats, const Solver& solver, con
 }
 
 // Where the clay's surface is, seen by the eye.
-inline std::vector<float> clay_seen(const Body& b, const Solver& solver, const Eye<float>& eye)
+inline std::vector<float> clay_seen(const Body& b, const EditableSimulator& solver,
+                                    const Eye<float>& eye)
 {
     const std::vector<Mesh> meshes = surface(solver.particles(), b.setup.materials, b.look);
     return mesh_depths(eye, meshes.at(0).vertices, meshes.at(0).triangles);
@@ -172,7 +173,7 @@ struct Upkeep {
 };
 
 // Plays so many frames; with `upkeep`, splats are split and added. Returns how many were.
-inline std::pair<std::size_t, std::size_t> play(Body& b, Solver& solver, int frames,
+inline std::pair<std::size_t, std::size_t> play(Body& b, EditableSimulator& solver, int frames,
                                                 const Upkeep* upkeep = nullptr)
 {
     std::size_t split_up = 0, added = 0;

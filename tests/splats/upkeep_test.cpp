@@ -22,7 +22,7 @@ class Kept : public testing::TestWithParam<bool> {
     {
         if (GetParam() && !gpu_present()) GTEST_SKIP() << "no CUDA device";
     }
-    std::unique_ptr<Solver> make(const Given& s) const
+    std::unique_ptr<Simulator> make(const Given& s) const
     {
         Given same = s;
         same.deterministic = true;
@@ -39,7 +39,7 @@ Body drawn()
     return b;
 }
 
-void advance(Solver& solver, int frames, SplatUpkeep* upkeep = nullptr, int from = 0)
+void advance(Simulator& solver, int frames, SplatUpkeep* upkeep = nullptr, int from = 0)
 {
     for (int f = from + 1; f <= from + frames; ++f) {
         solver.advance({}, frame);
@@ -132,7 +132,7 @@ TEST_P(Kept, ItMayGoOnBesideFrames)
     const auto shown = upkeep.shared();
     const UpkeepTask task = upkeep.task();
     auto plan =
-        std::async(std::launch::async, [&, then = solver->snapshot(), rules = solver->rules()] {
+        std::async(std::launch::async, [&, then = solver->snapshot(), rules = solver->config()] {
             return task.plan(solver->held(*then), rules);
         });
     advance(*solver, 3), advance(*bare, 3);

@@ -117,7 +117,7 @@ TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhileClayFliesIntoClayThatSleeps)
 {
     const Given s = thrown(lumps(), 50);
     const long count = long(s.particles.size());
-    const SurfaceWork work = followed(s, 20, [&](Solver& solver, int f) {
+    const SurfaceWork work = followed(s, 20, [&](Simulator& solver, int f) {
         const FrameStats t = solver.advance(closing(f * frame, frame), frame);
         EXPECT_GT(t.moved, 0);
         EXPECT_LT(t.moved, t.substeps * count);
@@ -130,7 +130,7 @@ TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhileClayFliesIntoClayThatSleeps)
 TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhereClayIsWokenByAPush)
 {
     long woken = 0;
-    followed(thrown(lumps()), 12, [&](Solver& solver, int f) {
+    followed(thrown(lumps()), 12, [&](Simulator& solver, int f) {
         woken += solver.advance(closing(f * frame, frame), frame).woken;
     });
     EXPECT_GT(woken, 0);
@@ -142,7 +142,7 @@ TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhereOnlyClayNearToolsMoves)
     add_tools(s);
     s.rest = {RestMode::localized, 0.01, 1, 5, 0.04};
     long projected = 0;
-    const SurfaceWork work = followed(s, 12, [&](Solver& solver, int f) {
+    const SurfaceWork work = followed(s, 12, [&](Simulator& solver, int f) {
         projected += solver.advance(closing((f - 1) * frame, frame), frame).projected;
     });
     EXPECT_GT(projected, 0);
@@ -168,7 +168,7 @@ TEST_F(GpuKeptSurface, KnowsWhereClayHasComeToInTheLastSubstep)
         s.rest = {RestMode::localized, 0.01, 1, 5, 0.01};
         const Motion still{wrists(0.31, 0), wrists(0.31, 0), {1, 0}};
         followed(s, 6,
-                 [&](Solver& solver, int) { EXPECT_EQ(solver.advance(still, dt).substeps, 1); },
+                 [&](Simulator& solver, int) { EXPECT_EQ(solver.advance(still, dt).substeps, 1); },
                  {rule_of(96), rule_of(128)});
     }
 }

@@ -112,7 +112,7 @@ TEST(Front, WhatIsTimedAgainIsLookedAtOnce)
     const BallOfClay ball = ball_of_clay(options, 0.3);
     int looks = 0;
     const Driven d =
-        timed_drive(v, options, ball.setup, 0.001, 0.01, no_tools, [&](const Solver&, double t) {
+        timed_drive(v, options, ball.setup, 0.001, 0.01, no_tools, [&](const Simulator&, double t) {
             ++looks;
             return t < 0.0035;
         });

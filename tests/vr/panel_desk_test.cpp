@@ -70,7 +70,7 @@ class PanelDeskTest : public testing::Test {
     Rules rules()
     {
         Rules found;
-        live.inspect_solver([&](const Solver& solver) { found = solver.rules(); });
+        live.inspect_solver([&](const Simulator& solver) { found = solver.editable()->config(); });
         return found;
     }
 };

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #ifdef KNEAD_XR_PROGRAM
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 #include "tests/vr/vr_run.h"
 
 namespace knead {

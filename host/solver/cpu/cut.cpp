@@ -51,7 +51,7 @@ MirrorSet CpuSolver<R>::updated(Int3 n, R mass) const
 template <class R>
 void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, Counts& c)
 {
-    const R light = R(negligible_mass(setup));
+    const R light = R(negligible_mass(scene));
     const Colliders<R> colliders = posed.colliders();
     const Mask& mask = posed.masks[std::size_t(b)];
     const int count = mirror_count(across),
@@ -59,7 +59,7 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, Counts& c
     Node<R> v[3][8] = {};
     for (int f = 0; f < fields; ++f) {
         const auto tools = [&](Vec3<R>& u) {
-            if (!setup.grid_contact || !posed.near[std::size_t(b)]) return false;
+            if (!scene.grid_contact || !posed.near[std::size_t(b)]) return false;
             const Vec3<R> x = lattice.position(n), free = u;
             u = apply_tools(colliders, mask, x, u);
             if (f) u = sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f));

@@ -30,25 +30,25 @@ struct CpuSnapshot : Snapshot {
     }
 };
 
-// Rebuilds everything derived from the setup.
+// Rebuilds everything derived from the configuration.
 template <class R>
-void CpuSolver<R>::apply_rules()
+void CpuSolver<R>::apply_config()
 {
     materials.clear();
-    for (const Material<double>& m : setup.materials) materials.push_back(cast<R>(m));
+    for (const Material<double>& m : scene.materials) materials.push_back(cast<R>(m));
     shared_pressure = std::any_of(materials.begin(), materials.end(), shares_pressure<R>);
-    gravity = cast<R>(setup.gravity);
-    walls = walls_on<R>(setup.lattice, setup.walls);
+    gravity = cast<R>(scene.gravity);
+    walls = walls_on<R>(scene.lattice, scene.walls);
     for (int f = 0; f < (posed.blades ? 3 : 1); ++f) {
         grid[f].resize(std::size_t(lattice.node_count()));
         sliding[f].resize(std::size_t(sliding_places(walls)));
     }
     split.resize(posed.blades ? std::size_t(lattice.block_count()) : 0);
     edited();
-    times.clear();
+    stage_times.clear();
     for (const char* name : {"pose", "bin", "p2g", "grid", "g2p", "project", "plasticity"})
-        times.push_back({name, 0});
-    if (!splats.empty()) times.push_back({"deform", 0});
+        stage_times.push_back({name, 0});
+    if (!splats.empty()) stage_times.push_back({"deform", 0});
 }
 
 template <class R>
@@ -116,7 +116,7 @@ std::vector<int> CpuSolver<R>::add_each(const Material<double>& material, Clays 
             wake(q.back());
         }
     renumber();
-    apply_rules();
+    apply_config();
     return objects;
 }
 
@@ -126,7 +126,7 @@ void CpuSolver<R>::remove_each(std::span<const int> objects)
     book.remove_each(objects);
     by_id();
     const auto goes = [&](int object) {
-        return !there(book.setup().materials[std::size_t(object)]);
+        return !there(book.config().materials[std::size_t(object)]);
     };
     std::erase_if(q, [&](const Particle<R>& p) {
         if (goes(p.object)) wake(p);
@@ -134,7 +134,7 @@ void CpuSolver<R>::remove_each(std::span<const int> objects)
     });
     std::erase_if(splats, [&](const Gaussian<R>& g) { return goes(g.object); });
     renumber();
-    apply_rules();
+    apply_config();
 }
 
 template <class R>
@@ -142,7 +142,7 @@ void CpuSolver<R>::set_material(int object, const Material<double>& material)
 {
     const Plasticity law = book.set_material(object, material);
     edit(object, [&](Particle<double>& p) { change_law(p, law, material.plasticity); });
-    apply_rules();
+    apply_config();
 }
 
 template <class R>
@@ -175,7 +175,7 @@ void CpuSolver<R>::set_gravity(Vec3<double> to)
     book.set_gravity(to);
     by_id();
     for (const Particle<R>& p : q) wake(p);
-    apply_rules();
+    apply_config();
 }
 
 template <class R>
@@ -184,7 +184,7 @@ void CpuSolver<R>::set_walls(const WallOptions& to)
     book.set_walls(to);
     by_id();
     for (const Particle<R>& p : q) wake(p);
-    apply_rules();
+    apply_config();
 }
 
 template <class R>
@@ -192,8 +192,8 @@ void CpuSolver<R>::set_tools(const Rig& rig, const std::vector<Tool<double>>& to
 {
     book.set_tools(rig, tools);
     by_id();
-    posed = PosedTools<R>(setup, lattice);
-    apply_rules();
+    posed = PosedTools<R>(scene, lattice);
+    apply_config();
 }
 
 // Nodes whose clay slid in the last substep.
@@ -246,8 +246,8 @@ void CpuSolver<R>::restore(const Snapshot& snapshot)
     q = from.q, ids = from.ids, splats = from.splats;
     stillness.quiet = from.quiet, was_covered = from.was_covered;
     arranged = false;  // sort again; a stable sort keeps the order
-    posed = PosedTools<R>(setup, lattice);
-    apply_rules();
+    posed = PosedTools<R>(scene, lattice);
+    apply_config();
     most = from.most;
     slide_on(from.sliding);
 }
@@ -280,8 +280,8 @@ template <class R>
 SavedState CpuSolver<R>::save() const
 {
     SavedState state;
-    state.setup = setup;
-    state.setup.particles = particles(), state.setup.gaussians = gaussians();
+    state.config = config();
+    state.contents = {particles(), gaussians()};
     state.order = ids;
     state.speed_squared = float(most.speed * most.speed), state.stiffness = float(most.stiffness);
     state.quiet = stillness.quiet, state.quiet_stored = lattice.stored;
@@ -292,18 +292,18 @@ SavedState CpuSolver<R>::save() const
 template <class R>
 void CpuSolver<R>::load(const SavedState& state)
 {
-    check_state(state, setup);
-    book = SceneState(state.setup);
+    check_state(state, scene);
+    book = SceneState(state.config, state.contents);
     q.clear();
-    for (int id : state.order) q.push_back(cast<R>(state.setup.particles[std::size_t(id)]));
+    for (int id : state.order) q.push_back(cast<R>(state.contents.particles[std::size_t(id)]));
     ids = state.order;
     splats.clear();
-    for (const Gaussian<double>& g : state.setup.gaussians) splats.push_back(cast<R>(g));
-    stillness = Stillness<R>(setup.rest, lattice);
+    for (const Gaussian<double>& g : state.contents.gaussians) splats.push_back(cast<R>(g));
+    stillness = Stillness<R>(scene.rest, lattice);
     if (stillness.any()) stillness.quiet = quiet_over(state, lattice);
     was_covered = state.covered, arranged = false;
-    posed = PosedTools<R>(setup, lattice);
-    apply_rules();
+    posed = PosedTools<R>(scene, lattice);
+    apply_config();
     most = {std::sqrt(double(state.speed_squared)), state.stiffness};
     slide_on(state.sliding);
 }

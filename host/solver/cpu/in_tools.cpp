@@ -20,7 +20,7 @@ std::vector<double> CpuSolver<R>::penetration() const
 template <class R>
 std::vector<Vec3<double>> CpuSolver<R>::velocities() const
 {
-    if (posed.masked.empty() || setup.passes == 0) return {};
+    if (posed.masked.empty() || scene.passes == 0) return {};
     std::vector<Vec3<double>> all(q.size());
     for (std::size_t i = 0; i < q.size(); ++i) {
         const Particle<R>& p = q[i];

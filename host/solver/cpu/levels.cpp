@@ -5,10 +5,10 @@
 
 namespace knead {
 
-std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup);
+std::unique_ptr<EditableSimulator> plain_cpu_solver(const Setup& setup);
 #ifdef KNEAD_CPU_LEVELS
-std::unique_ptr<Solver> plain_cpu_solver_v3(const Setup& setup);
-std::unique_ptr<Solver> plain_cpu_solver_v4(const Setup& setup);
+std::unique_ptr<EditableSimulator> plain_cpu_solver_v3(const Setup& setup);
+std::unique_ptr<EditableSimulator> plain_cpu_solver_v4(const Setup& setup);
 #endif
 
 std::vector<MakeSolver> cpu_levels()
@@ -21,6 +21,9 @@ std::vector<MakeSolver> cpu_levels()
     return known;
 }
 
-std::unique_ptr<Solver> cpu_solver(const Setup& setup) { return cpu_levels().back()(setup); }
+std::unique_ptr<EditableSimulator> cpu_solver(const Setup& setup)
+{
+    return cpu_levels().back()(setup);
+}
 
 }  // namespace knead

@@ -35,7 +35,7 @@ void CpuSolver<R>::update_activity(const Motion& motion)
         for_each_splat(b, [&](Gaussian<R>& g) { g.hold(still); });
     });
     bins.bin_only(stillness.listed);
-    times[stage_bin].seconds += wall_seconds() - start;
+    stage_times[stage_bin].seconds += wall_seconds() - start;
 }
 
 // Particles that have moved into a block whose clay is still.

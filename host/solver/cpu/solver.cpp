@@ -28,7 +28,7 @@ CpuSolver<R>::CpuSolver(const Setup& given)
     for (const Particle<double>& p : given.particles) q.push_back(cast<R>(p));
     for (const Gaussian<double>& g : given.gaussians) splats.push_back(cast<R>(g));
     renumber();
-    apply_rules();
+    apply_config();
     counts.resize(std::size_t(threads));
 }
 
@@ -36,12 +36,12 @@ template <class R>
 FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
 {
     FrameStats stats;
-    for (StageTime& t : times) t.seconds = 0;
+    for (StageTime& t : stage_times) t.seconds = 0;
     for (Counts& c : counts) c = {};
-    const StepLimits limits = step_limits(setup);
+    const StepLimits limits = step_limits(scene);
     pushout = cast<R>(pushout_limits(limits));
     const bool tools = !posed.bindings.empty();
-    const double tool_dt = tool_step(setup, motion, duration);
+    const double tool_dt = tool_step(scene, motion, duration);
     posed.activate(motion);
 
     const auto node = [&](const Particle<R>& p) {
@@ -62,11 +62,11 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
             posed.pose(motion, from, to, step.dt);
             posed.mask_blocks(lattice);
         }
-        times[stage_pose].seconds += wall_seconds() - start;
+        stage_times[stage_pose].seconds += wall_seconds() - start;
         start = wall_seconds();
         bins.fill(lattice.block_count(), lattice.blocks(), threads);
         if (posed.blades) find_splits();
-        times[stage_bin].seconds += wall_seconds() - start;
+        stage_times[stage_bin].seconds += wall_seconds() - start;
         p2g(dt);
         grid_update(dt);
         g2p(dt);
@@ -87,13 +87,13 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     stats.active_blocks = long(bins.reached.size());
     arranged = all.moved == 0, ++changes;
     // The three particle stages of a block run in sequence on one thread: divide the wall time in
-    // proportion to their sampled times.
+    // proportion to their sampled stage_times.
     const double inner =
         all.seconds[stage_g2p] + all.seconds[stage_project] + all.seconds[stage_plasticity];
-    const double wall = times[stage_g2p].seconds;
+    const double wall = stage_times[stage_g2p].seconds;
     if (inner > 0)
         for (int s : {stage_g2p, stage_project, stage_plasticity})
-            times[std::size_t(s)].seconds = wall * all.seconds[s] / inner;
+            stage_times[std::size_t(s)].seconds = wall * all.seconds[s] / inner;
     return stats;
 }
 
@@ -206,14 +206,14 @@ template <class R>
 void CpuSolver<R>::grid_update(R dt)
 {
     const Colliders<R> colliders = posed.colliders();
-    const R light = R(negligible_mass(setup));
+    const R light = R(negligible_mass(scene));
     ++substeps;
     for_each(int(bins.reached.size()), stage_grid, [&](int t, Counts& c) {
         const int b = bins.reached[std::size_t(t)];
         if (!split.empty() && split[std::size_t(b)]) return split_update(b, dt, c);
         const Int3 block = lattice.block_at(b);
         const Mask& mask = posed.masks[std::size_t(b)];
-        const bool contact = setup.grid_contact && posed.near[std::size_t(b)];
+        const bool contact = scene.grid_contact && posed.near[std::size_t(b)];
         const auto hands = [&](Vec3<R> x, Vec3<R> v) {
             return contact ? apply_tools(colliders, mask, x, v) : v;
         };
@@ -337,7 +337,7 @@ template <class R>
 bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int block, R dt,
                             Each<R>& depth, Counts& c)
 {
-    const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
+    const bool tools = scene.passes > 0 && posed.near[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
     if (!tools && !beside_wall(corner)) return false;
     const Colliders<R> colliders = posed.colliders();
@@ -347,7 +347,7 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int 
             const Mask& mask = posed.mask_at(lattice, p.x);
             if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx, c.touched);
             const R found =
-                project(p, colliders, mask, setup.passes, pushout, per_cell.of[l], dt, c.touched);
+                project(p, colliders, mask, scene.passes, pushout, per_cell.of[l], dt, c.touched);
             c.projected += found > 0, c.moved_far += found > lattice.dx;
             c.depth = std::max(c.depth, double(found)), depth.of[l] = found;
         }
@@ -383,7 +383,7 @@ std::size_t CpuSolver<R>::memory() const
 template void CpuSolver<float>::load_tile(const std::vector<Node<float>>&, Int3,
                                           Tile<float>&) const;
 
-std::unique_ptr<Solver> plain_cpu_solver(const Setup& setup)
+std::unique_ptr<EditableSimulator> plain_cpu_solver(const Setup& setup)
 {
     return std::make_unique<CpuSolver<float>>(setup);
 }

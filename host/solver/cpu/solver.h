@@ -95,7 +95,7 @@ template <class R>
 struct CpuSnapshot;
 
 template <class R>
-class CpuSolver : public Solver {
+class CpuSolver : public EditableSimulator, private StageProfile {
   public:
     explicit CpuSolver(const Setup& given);
     FrameStats advance(const Motion& motion, double duration) override;
@@ -109,7 +109,7 @@ class CpuSolver : public Solver {
     void set_gravity(Vec3<double> to) override;
     void set_walls(const WallOptions& to) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
-    const Setup& rules() const override { return setup; }
+    const SimulationConfig& config() const override { return book.config(); }
     std::shared_ptr<const Snapshot> snapshot() const override;
     SnapshotData held(const Snapshot& snapshot) const override;
     void restore(const Snapshot& from) override;
@@ -121,7 +121,7 @@ class CpuSolver : public Solver {
     std::vector<Gaussian<double>> gaussians() const override;
     std::vector<double> penetration() const override;
     std::vector<Vec3<double>> velocities() const override;
-    const std::vector<StageTime>& stage_times() const override { return times; }
+    const StageProfile* profile() const override { return this; }
     std::size_t memory() const override;
     std::string name() const override
     {
@@ -130,6 +130,7 @@ class CpuSolver : public Solver {
     }
 
   private:
+    const std::vector<StageTime>& times() const override { return stage_times; }
     void edited();
     Extremes extremes() const;
     // State of a particle before its substep, needed by repair().
@@ -187,7 +188,7 @@ class CpuSolver : public Solver {
     void finish_cuts(bool covered);
     template <class Body>
     void for_each(int count, StageName stage, Body&& body);
-    void apply_rules();
+    void apply_config();
     void by_id();
     std::vector<SlidingNode> sliding_now() const;
     void slide_on(const std::vector<SlidingNode>& nodes);
@@ -199,7 +200,7 @@ class CpuSolver : public Solver {
     // Identifies this solver in its snapshots, by address.
     std::shared_ptr<const char> identity = std::make_shared<const char>();
     SceneState book;
-    const Setup& setup = book.setup();  // without particles
+    const SimulationConfig& scene = book.config();
     Lattice<R> lattice;
     Walls<R> walls;
     Vec3<R> gravity;
@@ -229,7 +230,7 @@ class CpuSolver : public Solver {
     Extremes most{};                     // of the clay after the last substep
     long changes = 0;                    // version(): frames and edits
     std::vector<Counts> counts;          // per thread
-    std::vector<StageTime> times;
+    std::vector<StageTime> stage_times;
 };
 
 // Sum at node n over the tiles of up to eight blocks whose particles reach it.
@@ -274,7 +275,7 @@ void CpuSolver<R>::for_each(int count, StageName stage, Body&& body)
     const double start = wall_seconds();
     parallel_for(count, LoopOptions{.threads = threads, .chunk = 4},
                  [&](int i, int thread) { body(i, counts[std::size_t(thread)]); });
-    times[stage].seconds += wall_seconds() - start;
+    stage_times[stage].seconds += wall_seconds() - start;
 }
 
 }  // namespace knead

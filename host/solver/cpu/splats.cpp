@@ -35,7 +35,7 @@ void CpuSolver<R>::deform(const Lag& lag, bool clear)
 {
     if (splats.empty()) return;
     const Colliders<R> colliders = posed.colliders();
-    const R per_mass = R(1 / lightest_particle(setup));
+    const R per_mass = R(1 / lightest_particle(scene));
     const Mask none{};
     for_each(int(splat_blocks.size()), stage_deform, [&](int k, Counts& c) {
         Tile<R> tiles[3];
@@ -60,11 +60,11 @@ void CpuSolver<R>::deform(const Lag& lag, bool clear)
             if (!knead::deform(g, lattice.dx, lag.each<R>(), lag.substeps, node))
                 c.stranded += lag.substeps;
             keep_within(g, walls);
-            const bool tools = setup.passes > 0 && posed.near[std::size_t(block)];
+            const bool tools = scene.passes > 0 && posed.near[std::size_t(block)];
             if (clear)
                 c.splats_projected +=
                     knead::keep_out(g, colliders, tools ? posed.mask_at(lattice, g.x) : none,
-                                    setup.passes, posed.blades, walls, lattice.dx);
+                                    scene.passes, posed.blades, walls, lattice.dx);
             c.splats_repaired += repair(g, start);
         });
     });
@@ -82,7 +82,7 @@ void CpuSolver<R>::attach(int object, const std::vector<Vec3<double>>& places)
         for (Particle<R>& p : q) p.hold(false);
         take_labels(splats, before, q, lattice);
     }
-    apply_rules();
+    apply_config();
 }
 
 template <class R>
@@ -92,9 +92,9 @@ void CpuSolver<R>::set_gaussians(const std::vector<Gaussian<double>>& all)
     splats.clear();
     for (const Gaussian<double>& g : all) splats.push_back(cast<R>(g));
     splats_arranged = false, ++changes;
-    const bool timed = times.back().name == "deform";
-    if (timed && splats.empty()) times.pop_back();
-    if (!timed && !splats.empty()) times.push_back({"deform", 0});
+    const bool timed = stage_times.back().name == "deform";
+    if (timed && splats.empty()) stage_times.pop_back();
+    if (!timed && !splats.empty()) stage_times.push_back({"deform", 0});
 }
 
 template <class R>
@@ -102,7 +102,7 @@ void CpuSolver<R>::edit_gaussians(const GaussianEdits& edits)
 {
     check_edits(edits, splats.size(), q.size());
     book.check_placed(edits.placed);
-    const WallOptions& between = setup.walls;
+    const WallOptions& between = scene.walls;
     for (const GaussianSplit& s : edits.splits)
         splats.push_back(knead::split(splats[std::size_t(s.index)], cast<R>(s.way), between));
     std::vector<int> places(edits.added.empty() ? 0 : q.size());
@@ -114,7 +114,8 @@ void CpuSolver<R>::edit_gaussians(const GaussianEdits& edits)
     for (const GaussianPlace& g : edits.placed)
         splats.push_back(gaussian_at(cast<R>(g.x), g.object));
     splats_arranged = false, ++changes;
-    if (times.back().name != "deform" && !splats.empty()) times.push_back({"deform", 0});
+    if (stage_times.back().name != "deform" && !splats.empty())
+        stage_times.push_back({"deform", 0});
 }
 
 template <class R>

@@ -8,7 +8,7 @@
 #include "cuda/contact/cut.h"
 #include "cuda/contact/skinning.h"
 #include "cuda/mpm/lattice.h"
-#include "host/solver/solver.h"
+#include "host/solver/simulator.h"
 #include "host/solver/substep.h"
 
 namespace knead {
@@ -27,7 +27,7 @@ struct PosedTools {
     std::vector<char> near;    // per lattice block: its own or a neighbour's mask is not empty
     bool blades = false;       // a tool is a blade, or clay carries labels of a cut
 
-    PosedTools(const Setup& setup, const Lattice<R>& lattice);
+    PosedTools(const SimulationConfig& setup, const Lattice<R>& lattice);
     Colliders<R> colliders() const
     {
         return {{spheres.data(), int(spheres.size())},
@@ -46,7 +46,7 @@ struct PosedTools {
 };
 
 template <class R>
-PosedTools<R>::PosedTools(const Setup& setup, const Lattice<R>& lattice)
+PosedTools<R>::PosedTools(const SimulationConfig& setup, const Lattice<R>& lattice)
     : primitives(setup.rig.primitives),
       owner(tools_of_spheres(setup.rig)),
       spheres(setup.rig.spheres.size()),

@@ -84,7 +84,7 @@ GpuSolver::ToolPace GpuSolver::tool_speed_class(bool tools, const Motion& motion
 {
     if (!tools) return ToolPace::none;
     const bool fast = splats.count() > 0 && !store.features().blades &&
-                      clears_each_time(false, duration, tool_step(rules(), motion, duration));
+                      clears_each_time(false, duration, tool_step(config(), motion, duration));
     return fast ? ToolPace::fast : ToolPace::slow;
 }
 
@@ -156,7 +156,7 @@ void GpuSolver::follow(const Views& views, const Features& features, bool at_end
                        cudaStream_t stream) const
 {
     if (!features.splats) return;
-    const float per_mass = float(1 / lightest_particle(rules()));
+    const float per_mass = float(1 / lightest_particle(config()));
     deform(views, splats.view(), per_mass, features, at_end, stream);
 }
 

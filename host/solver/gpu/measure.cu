@@ -37,9 +37,9 @@ std::vector<std::pair<std::string, Amount>> of_a_frame(
 
 }  // namespace
 
-const std::vector<StageTime>& GpuSolver::stage_times() const
+const std::vector<StageTime>& GpuSolver::times() const
 {
-    if (!times.empty() || last_substeps == 0) return times;
+    if (!stage_times.empty() || last_substeps == 0) return stage_times;
     Event from, to;
     std::vector<std::pair<std::string, double>> seen;
     walk([&](const char* stage, const std::function<void()>& run) {
@@ -52,14 +52,14 @@ const std::vector<StageTime>& GpuSolver::stage_times() const
         seen.push_back({stage, 1e-3 * double(milliseconds)});
     });
     for (const auto& [name, seconds] : of_a_frame(seen, last_substeps))
-        times.push_back({name, seconds});
-    return times;
+        stage_times.push_back({name, seconds});
+    return stage_times;
 }
 
-std::vector<StageWork> GpuSolver::stage_counts() const
+std::vector<StageWork> GpuSolver::counts() const
 {
-    std::vector<StageWork> counts;
-    if (last_substeps == 0) return counts;
+    std::vector<StageWork> all;
+    if (last_substeps == 0) return all;
     check(cudaSetDevice(device), "device");
     std::vector<std::pair<std::string, DeviceWork>> seen;
     for (const StageWork& each : counted([&](const StageObserver& watch) {
@@ -69,8 +69,8 @@ std::vector<StageWork> GpuSolver::stage_counts() const
          }))
         seen.push_back({each.name, each.work});
     for (const auto& [name, amount] : of_a_frame(seen, last_substeps))
-        counts.push_back({name, amount});
-    return counts;
+        all.push_back({name, amount});
+    return all;
 }
 
 // Runs a few substeps stage by stage from the end of the last frame, without overlap, then restores

@@ -3,10 +3,10 @@
 #include <stdexcept>
 
 #include "host/base/machine.h"
+#include "host/solver/editable_simulator.h"
 #include "host/solver/gpu/material.h"
 #include "host/solver/gpu/region_padding.h"
 #include "host/solver/gpu/stages.h"
-#include "host/solver/solver.h"
 
 namespace knead {
 namespace {
@@ -21,8 +21,8 @@ namespace {
 bool gpu_present() { return false; }
 long gpu_waits() { return 0; }
 std::string gpu_bus() { return ""; }
-std::unique_ptr<Solver> gpu_solver(const Setup&, int) { refuse(); }
-std::unique_ptr<Solver> gpu_solver(const Setup&, int, RegionPadding) { refuse(); }
+std::unique_ptr<EditableSimulator> gpu_solver(const Setup&, int) { refuse(); }
+std::unique_ptr<EditableSimulator> gpu_solver(const Setup&, int, RegionPadding) { refuse(); }
 
 std::vector<Functions<float>> gpu_functions(const std::vector<float>&) { refuse(); }
 std::vector<Answers<float>> gpu_answers(const std::vector<Particle<float>>&,

@@ -2,7 +2,7 @@
 #pragma once
 #include <memory>
 
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 
 namespace knead {
 
@@ -12,6 +12,6 @@ struct RegionPadding {
     std::size_t max = 0;  // nodes beyond which allocation fails; 0: device memory only
 };
 constexpr RegionPadding whole_lattice{1 << 30, 0};
-std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, RegionPadding room);
+std::unique_ptr<EditableSimulator> gpu_solver(const Setup& setup, int device, RegionPadding room);
 
 }  // namespace knead

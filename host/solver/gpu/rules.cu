@@ -7,12 +7,12 @@
 
 namespace knead::gpu {
 
-Features features_of(const Setup& s)
+Features features_of(const SimulationConfig& s, bool deterministic)
 {
     const bool blades = s.cuts || std::any_of(s.tools.begin(), s.tools.end(),
                                               [](const Tool<double>& t) { return t.blade; });
     Features f{
-        !s.rig.primitives.empty() || blades, s.deterministic,         blades,
+        !s.rig.primitives.empty() || blades, deterministic,           blades,
         s.rest.mode != RestMode::none,       s.materials.size() != 1, PlasticityClass::elastic};
     for (const Material<double>& m : s.materials) {
         if (!there(m)) continue;
@@ -77,29 +77,29 @@ void Store::set_features(const Features& features)
 
 void Store::set_rules(const SceneState& rules)
 {
-    const Setup& setup = rules.setup();
-    set_features(features_of(setup));
+    const SimulationConfig& config = rules.config();
+    set_features(features_of(config, used.fixed_point));
     std::vector<Material<float>> each;
-    for (const Material<double>& m : setup.materials) each.push_back(cast<float>(m));
+    for (const Material<double>& m : config.materials) each.push_back(cast<float>(m));
     fill(materials, each);
     const Material<float> first = each.empty() ? Material<float>{} : each[0];
     all.materials = {first, 1 / first.density, 1 / first.mass, materials.data(), int(each.size())};
-    all.walls = walls_on<float>(setup.lattice, setup.walls);
+    all.walls = walls_on<float>(config.lattice, config.walls);
     const auto wanted = std::size_t(sliding_places(all.walls)) * (used.blades ? 3 : 1);
     if (sliding.size() != wanted) sliding = DeviceArray<Sliding<float>>(wanted);
     all.sliding = sliding.data();
-    all.gravity = cast<float>(setup.gravity);
-    all.limits = step_limits(setup);
+    all.gravity = cast<float>(config.gravity);
+    all.limits = step_limits(config);
     all.tools.pushout = cast<float>(pushout_limits(all.limits));
     // The momentum scale admits one cell per substep at a hundredth of the longest stable dt.
     const double speed = 100 * std::sqrt(all.limits.stiffness) / all.limits.courant;
-    all.grid.negligible_mass = float(negligible_mass(setup));
-    const Rest<double>& rest = setup.rest;
+    all.grid.negligible_mass = float(negligible_mass(config));
+    const Rest<double>& rest = config.rest;
     const bool holds = rest.mode == RestMode::localized;
     const double mass = (holds ? held_weight : 1) * rules.mass();
     all.grid.mass_scale = fixed_scale(mass);
     all.grid.momentum_scale = fixed_scale(mass * speed);
-    all.pressure = pressure_units(setup.materials);
+    all.pressure = pressure_units(config.materials);
     all.rest.options = {rest.mode, float(rest.speed), rest.frames, float(rest.push),
                         float(rest.reach)};
     point();
@@ -107,23 +107,23 @@ void Store::set_rules(const SceneState& rules)
 
 void Store::set_tools(const SceneState& rules)
 {
-    const Setup& setup = rules.setup();
-    check_tools(setup);
-    set_features(features_of(setup));
-    fill(bindings, setup.rig.spheres), fill(primitives, setup.rig.primitives);
+    const SimulationConfig& config = rules.config();
+    check_tools(config);
+    set_features(features_of(config, used.fixed_point));
+    fill(bindings, config.rig.spheres), fill(primitives, config.rig.primitives);
     for (int parity = 0; parity < 2; ++parity) {
-        spheres[parity] = DeviceArray<Sphere<float>>(setup.rig.spheres.size());
-        shapes[parity] = DeviceArray<Shape<float>>(setup.rig.primitives.size());
+        spheres[parity] = DeviceArray<Sphere<float>>(config.rig.spheres.size());
+        shapes[parity] = DeviceArray<Shape<float>>(config.rig.primitives.size());
     }
-    mid_frame = DeviceArray<Shape<float>>(setup.rig.primitives.size());
-    travel = DeviceArray<float>(setup.rig.primitives.size());
-    point_at_tools(setup);
+    mid_frame = DeviceArray<Shape<float>>(config.rig.primitives.size());
+    travel = DeviceArray<float>(config.rig.primitives.size());
+    point_at_tools(config);
     point();
 }
 
-void Store::point_at_tools(const Setup& setup)
+void Store::point_at_tools(const SimulationConfig& config)
 {
-    const int joints = joints_of(setup.rig);
+    const int joints = joints_of(config.rig);
     all.tools = {input.data()->joints,
                  input.data()->joints + joints,
                  joints,
@@ -132,15 +132,15 @@ void Store::point_at_tools(const Setup& setup)
                  {shapes[0].span(), shapes[1].span()},
                  mid_frame.span(),
                  travel.data(),
-                 {primitives.data(), int(setup.rig.primitives.size())},
-                 {input.data()->tools, int(setup.tools.size())},
+                 {primitives.data(), int(config.rig.primitives.size())},
+                 {input.data()->tools, int(config.tools.size())},
                  box.masks.data(),
                  in_line[0].data(),
                  all.tools.run_count,
                  in_line[1].data(),
                  near_runs.data(),
-                 setup.grid_contact,
-                 setup.passes,
+                 config.grid_contact,
+                 config.passes,
                  all.tools.pushout};
 }
 

@@ -1,5 +1,6 @@
-// The GPU implementation of Solver. A frame is one graph: upload the input, sort, then substeps in
-// a device-side loop until the frame's time is used up. The host waits only for the counters.
+// The GPU implementation of EditableSimulator. A frame is one graph: upload the input, sort, then
+// substeps in a device-side loop until the frame's time is used up. The host waits only for the
+// counters.
 #include <algorithm>
 #include <atomic>
 #include <bit>
@@ -93,7 +94,7 @@ void GpuSolver::submit(const Motion& motion, double duration)
     f.motion = motion, f.duration = store.count() > 0 ? duration : 0;
     // The slot's previous frame, two frames ago, is complete: its input is no longer read.
     f.tools =
-        tool_speed_class(store.write_input(rules(), motion, duration, slot), motion, duration);
+        tool_speed_class(store.write_input(config(), motion, duration, slot), motion, duration);
     if (!stepwise && !graph(f.tools).ready) capture(f.tools);
     launch(slot);
     // Cuts are completed on the host before the next frame.
@@ -144,7 +145,7 @@ FrameStats GpuSolver::collect()
     stats.woken = long(n.woken);
     stats.stranded = long(n.stranded), stats.splats_projected = long(n.splats_projected);
     stats.splats_repaired = long(n.splats_repaired);
-    times.clear();
+    stage_times.clear();
     return stats;
 }
 
@@ -153,8 +154,8 @@ void GpuSolver::finish_cuts(const Frame& f)
 {
     const bool covered = f.status->counters.covered > 0;
     if (covered == was_covered) return;
-    const Lattice<double>& lattice = rules().lattice;
-    PosedTools<double> tools(rules(), lattice);
+    const Lattice<double>& lattice = config().lattice;
+    PosedTools<double> tools(config(), lattice);
     tools.activate(f.motion);
     tools.pose(f.motion, 0, 1, f.duration);
     tools.mask_blocks(lattice);
@@ -192,10 +193,10 @@ std::vector<double> GpuSolver::penetration() const
     return depths;
 }
 
-std::vector<Vec3<double>> GpuSolver::velocities() const
+std::vector<Vec3<double>> GpuSimulator::velocities() const
 {
     std::vector<Vec3<double>> all;
-    if (!posed || rules().passes == 0) return all;
+    if (!posed || config().passes == 0) return all;
     check(cudaSetDevice(device), "device");
     gpu::velocities(store.views(), main);
     for (const float4& v : store.velocities(main)) all.push_back({v.x, v.y, v.z});
@@ -204,12 +205,12 @@ std::vector<Vec3<double>> GpuSolver::velocities() const
 
 }  // namespace gpu
 
-std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device)
+std::unique_ptr<EditableSimulator> gpu_solver(const Setup& setup, int device)
 {
     return gpu_solver(setup, device, {});
 }
 
-std::unique_ptr<Solver> gpu_solver(const Setup& setup, int device, RegionPadding room)
+std::unique_ptr<EditableSimulator> gpu_solver(const Setup& setup, int device, RegionPadding room)
 {
     return std::make_unique<gpu::GpuSolver>(setup, device, room);
 }

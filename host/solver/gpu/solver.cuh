@@ -1,5 +1,5 @@
-// The GPU implementation of Solver: submission and results in solver.cu, the stages of a frame in
-// frame.cu, growth of the stored box in region.cu, stage times in measure.cu, edits in
+// The GPU implementation of EditableSimulator: submission and results in solver.cu, the stages of a
+// frame in frame.cu, growth of the stored box in region.cu, stage times in measure.cu, edits in
 // solver_edits.cu, the watchdog in watch.cu.
 #pragma once
 #include <functional>
@@ -9,13 +9,13 @@
 #include "cuda/device/graph.cuh"
 #include "cuda/mpm/particle.h"
 #include "cuda/surface/surface.cuh"
+#include "host/solver/editable_simulator.h"
 #include "host/solver/gpu/splats.cuh"
 #include "host/solver/gpu/store.cuh"
-#include "host/solver/solver.h"
 
 namespace knead::gpu {
 
-class GpuSolver : public Solver {
+class GpuSolver : public EditableSimulator, private StageProfile {
   public:
     GpuSolver(const Setup& given, int device, RegionPadding room);
     FrameStats advance(const Motion& motion, double duration) override
@@ -35,7 +35,7 @@ class GpuSolver : public Solver {
     void set_gravity(Vec3<double> gravity) override;
     void set_walls(const WallOptions& walls) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
-    const Setup& rules() const override { return book->setup(); }
+    const SimulationConfig& config() const override { return book->config(); }
     std::shared_ptr<const Snapshot> snapshot() const override;
     void restore(const Snapshot& from) override;
     SnapshotData held(const Snapshot& snapshot) const override;
@@ -50,8 +50,7 @@ class GpuSolver : public Solver {
     std::vector<Vec3<double>> places(Vec3<double> low, Vec3<double> high) const override;
     std::vector<double> penetration() const override;
     std::vector<Vec3<double>> velocities() const override;
-    const std::vector<StageTime>& stage_times() const override;
-    std::vector<StageWork> stage_counts() const override;
+    const StageProfile* profile() const override { return this; }
     const Clay* clay() const override { return &shown; }
     const MovedGaussians* moved_gaussians() const override { return &splats.moved(); }
     std::size_t memory() const override { return store.bytes() + splats.bytes(); }
@@ -67,6 +66,8 @@ class GpuSolver : public Solver {
         Pinned<Clock> status;
         Event done{cudaEventDisableTiming};
     };
+    const std::vector<StageTime>& times() const override;
+    std::vector<StageWork> counts() const override;
     void capture();
     Graph& graph(ToolPace tools) { return graphs[int(tools)]; }
     void capture(ToolPace tools);
@@ -128,7 +129,7 @@ class GpuSolver : public Solver {
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
     int last_substeps = 0;
     int usual_substeps = 0, misfits = 0;  // substeps of the graphs; consecutive frames that deviate
-    mutable std::vector<StageTime> times;
+    mutable std::vector<StageTime> stage_times;  // empty: not measured for the last frame
 };
 
 }  // namespace knead::gpu

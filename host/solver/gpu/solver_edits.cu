@@ -85,7 +85,7 @@ void GpuSolver::remove_each(std::span<const int> objects)
     SceneState next = *book;
     next.remove_each(objects);
     for (const int object : objects) wake(object);
-    const std::vector<char> gone = marked(objects, next.setup().materials.size());
+    const std::vector<char> gone = marked(objects, next.config().materials.size());
     if (next.count() < book->count()) {
         store.erase(gone, next.count(), side, main);
         side = 0;
@@ -138,7 +138,7 @@ void GpuSolver::attach(int object, const std::vector<Vec3<double>>& places)
     const std::size_t before = all.size();
     for (const Vec3<double>& x : places)
         all.push_back(gaussian_at(cast<double>(cast<float>(x)), object));
-    if (store.features().blades) take_labels(all, before, particles(), rules().lattice);
+    if (store.features().blades) take_labels(all, before, particles(), config().lattice);
     splats.set(all, store.views().lattice);
     edited();
 }
@@ -160,7 +160,7 @@ void GpuSolver::edit_gaussians(const GaussianEdits& edits)
     check_edits(edits, std::size_t(splats.count()), std::size_t(store.count()));
     book->check_placed(edits.placed);
     if (splats.count() == 0) stale = true;
-    if (splats.edit(edits, store.views().particles[side], book->setup().walls, main)) stale = true;
+    if (splats.edit(edits, store.views().particles[side], book->config().walls, main)) stale = true;
     splats.show(main);
     ++changes;
 }
@@ -276,8 +276,8 @@ SavedState GpuSolver::save() const
     check_idle();
     const Lattice<float> box = store.views().lattice;
     SavedState to;
-    to.setup = rules();
-    to.setup.particles = particles(), to.setup.gaussians = splats.all();
+    to.config = config();
+    to.contents = {particles(), splats.all()};
     to.order = store.order(side);
     to.speed_squared = std::bit_cast<float>(peak.fastest), to.drift = drift;
     to.stiffness = std::bit_cast<float>(peak.stiffest);
@@ -289,21 +289,21 @@ SavedState GpuSolver::save() const
 void GpuSolver::load(const SavedState& from)
 {
     check_idle();
-    check_state(from, rules());
-    const SceneState next(from.setup);
+    check_state(from, config());
+    const SceneState next(from.config, from.contents);
     const Lattice<float> now = store.views().lattice;
     const Lattice<float> box =
         boxed({now.size, now.dx}, from.quiet_low, from.quiet_low + from.quiet_stored);
     const Region held = stored_region(box);
-    for (const Particle<double>& p : from.setup.particles)
+    for (const Particle<double>& p : from.contents.particles)
         if (!held.holds(cast<float>(p.x)))
             throw std::invalid_argument("the state has clay beyond the nodes that it stores");
     if (!same_box(box, now)) store.set_box(box);
     store.resize(int(from.order.size()));
     store.set_tools(next);
     side = 0;
-    store.upload(from.setup.particles, from.order);
-    splats.set(from.setup.gaussians, store.views().lattice);
+    store.upload(from.contents.particles, from.order);
+    splats.set(from.contents.gaussians, store.views().lattice);
     adopt(next);
     store.set_quiet(quiet_over(from, store.views().lattice));
     store.slide_on(from.sliding, store.clock(main).done);

@@ -6,7 +6,7 @@
 
 #include "cuda/math/node4.h"
 #include "cuda/mpm/particle.h"
-#include "host/solver/solver.h"
+#include "host/solver/editable_simulator.h"
 
 namespace knead {
 

@@ -60,7 +60,7 @@ Lattice<float> box_of(const std::vector<Particle<double>>& clay, const Lattice<f
 
 }  // namespace
 
-void check_tools(const Setup& s)
+void check_tools(const SimulationConfig& s)
 {
     check_rig(s.rig, s.tools);
     require(s.tools.size() <= std::size_t(max_tools),
@@ -78,7 +78,7 @@ Store::Store(const Setup& setup, RegionPadding given, int device)
     const SceneState rules(setup);
     const auto n = int(setup.particles.size());
     const Lattice<float> whole{setup.lattice.size, float(setup.lattice.dx)};
-    used = features_of(setup);
+    used = features_of(setup, setup.deterministic);
     all.lattice = box_of(setup.particles, whole, room.spare);
     const std::size_t need = row_places(std::size_t(n)) * sizeof(float4) +
                              std::size_t(n) * 2 * sizeof(int) + sort_scratch_bytes(n, whole, used) +
@@ -107,18 +107,19 @@ Store::Store(const Setup& setup, RegionPadding given, int device)
     set_clock(start);
 }
 
-bool Store::write_input(const Setup& setup, const Motion& motion, double duration, int slot)
+bool Store::write_input(const SimulationConfig& config, const Motion& motion, double duration,
+                        int slot)
 {
     FrameInput& to = *next_input[slot].data();
     to.duration = duration, to.tool_step = 1e30;
     if (!used.tools) return false;
-    to.tool_step = tool_step(setup, motion, duration);
+    to.tool_step = tool_step(config, motion, duration);
     const int joints = all.tools.joints;
     std::copy_n(motion.from.begin(), joints, to.joints);
     std::copy_n(motion.to.begin(), joints, to.joints + joints);
     bool any = false;
-    for (std::size_t t = 0; t < setup.tools.size(); ++t) {
-        const Tool<double>& tool = setup.tools[t];
+    for (std::size_t t = 0; t < config.tools.size(); ++t) {
+        const Tool<double>& tool = config.tools[t];
         to.tools[t] = {tool.mode, float(tool.friction), tool.blade, true};
         set_tool(to.tools[t], motion, t);
         any = any || to.tools[t].active;

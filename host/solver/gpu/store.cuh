@@ -36,9 +36,9 @@ struct NodeArrays {
 };
 
 // The kernel variants that a scene needs.
-Features features_of(const Setup& setup);
+Features features_of(const SimulationConfig& config, bool deterministic);
 // Throws std::invalid_argument if the tools are inconsistent or exceed the limits of the device.
-void check_tools(const Setup& setup);
+void check_tools(const SimulationConfig& config);
 
 // Particles by id, from downloaded rows and ids.
 std::vector<Particle<double>> in_double(const ParticleView& on_host);
@@ -57,7 +57,8 @@ class Store {
     // write_input() writes a frame's input to one of two pinned slots and returns whether a tool is
     // active. send_input() copies a slot to the device in stream order; do not reuse the slot
     // before that copy is complete.
-    bool write_input(const Setup& setup, const Motion& motion, double duration, int slot);
+    bool write_input(const SimulationConfig& config, const Motion& motion, double duration,
+                     int slot);
     void send_input(int slot, cudaStream_t stream) const;
 
     std::vector<Particle<double>> particles() const;
@@ -114,7 +115,7 @@ class Store {
 
   private:
     void point();
-    void point_at_tools(const Setup& setup);
+    void point_at_tools(const SimulationConfig& config);
     void set_features(const Features& features);
     void set_count(int count);
     void reserve_runs();
