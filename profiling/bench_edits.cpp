@@ -13,6 +13,7 @@
 
 #include "host/bench/ball.h"
 #include "host/solver/audit.h"
+#include "host/solver/editable_simulator.h"
 
 namespace {
 

@@ -21,7 +21,7 @@ int run(const SplatCase& what, Device device)
     SplatCloud cloud = generated(what.load);
     sort_by_place(cloud);
     const BenchRow row = splat_row(what, cloud, device, 0);
-    const Drawn& d = row.drawn;
+    const DrawTimes& d = row.drawn;
     fmt::print("{}: {} splats, {} moved, {} seen, 2 x {} x {} pixels\n", row.name, cloud.count(),
                d.moved, d.visible, d.width, d.height);
     fmt::print("{} instances, {} dropped, {:.1f} MiB, at least {:.1f} MB a frame\n", d.instances,

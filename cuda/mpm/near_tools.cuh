@@ -56,7 +56,8 @@ __device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, in
         in = sum.m > 0;
     }
     do {
-        const int near = contact.look(mask, in, x, [&c](int k) { return c.primitives[k].tool; });
+        const int near =
+            contact.find_near(mask, in, x, [&c](int k) { return c.primitives[k].tool; });
         for (int from = 0, to; from < near || early; from = to) {
             Contact<float> hit{};
             ContactMode mode{};

@@ -36,7 +36,7 @@ std::string written(const std::string& ending)
 void use(const std::vector<Particle<double>>& particles)
 {
     if (particles.empty()) throw std::logic_error("no particles, and no refusal");
-    told(compared(particles, few_particles(), {}));
+    text_of(compared(particles, few_particles(), {}));
 }
 
 std::vector<std::string> particle_ply_seeds()

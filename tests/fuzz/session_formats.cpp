@@ -146,7 +146,7 @@ void read_report(const std::string& text)
     const Json said = parse_json(text, "report.json");
     static const Json other = parse_json(report_seeds()[0], "other.json");
     try {
-        told(compared(other, said, {}));
+        text_of(compared(other, said, {}));
     } catch (const InputError&) {
     }
     check_report(said, "report.json");

@@ -219,7 +219,7 @@ TEST(LiveSplats, InRealTimeClayGoesBackWhileSplatsAreSplit)
     run.play(false);  // and no hand is tracked
     LiveState state;
     while (frame < 300 && run.of().particle_count() > 0) ASSERT_NO_FATAL_FAILURE(next());
-    run.notify(state);
+    run.publish(state);
     EXPECT_EQ(run.of().particle_count(), 0u);
     EXPECT_GT(state.splats->count(), scene->splats[0].cloud.count()) << "none was split";
 }

@@ -60,7 +60,7 @@ TEST_P(Localized, ClayMakesWayAroundWhatIsHeldNotIntoIt)
     const auto held = make(s), other = awake_throughout(s);
     const auto place = [](int f) { return Vec3<double>{0.5, (15.1 - 0.2 * f) * dx, 0.5}; };
     for (int f = 0; f < 20; ++f)
-        for (Simulator* one : {held.get(), other.get()})
+        for (EditableSimulator* one : {held.get(), other.get()})
             one->advance(at(place(f), place(f + 1)), frame);
     const Particles a = held->particles(), b = other->particles();
     const Crowding within = crowding(a, s.materials, dx);

@@ -19,9 +19,9 @@ constexpr double frame = 1.0 / 90, dx = 1.0 / 32;
 
 struct Backend {
     const char* name;
-    std::unique_ptr<Simulator> (*make)(const Given&);
+    std::unique_ptr<EditableSimulator> (*make)(const Given&);
 };
-inline std::unique_ptr<Simulator> on_device(const Given& s) { return gpu_solver(s, 0); }
+inline std::unique_ptr<EditableSimulator> on_device(const Given& s) { return gpu_solver(s, 0); }
 inline const Backend backends[] = {{"float", cpu_solver}, {"cuda", on_device}};
 
 class Resting : public testing::TestWithParam<Backend> {
@@ -30,9 +30,9 @@ class Resting : public testing::TestWithParam<Backend> {
     {
         if (GetParam().make == on_device && !gpu_present()) GTEST_SKIP() << "no CUDA device";
     }
-    std::unique_ptr<Simulator> make(const Given& s) { return GetParam().make(s); }
+    std::unique_ptr<EditableSimulator> make(const Given& s) { return GetParam().make(s); }
     // The same with no clay at rest.
-    std::unique_ptr<Simulator> awake_throughout(Given s)
+    std::unique_ptr<EditableSimulator> awake_throughout(Given s)
     {
         s.rest.mode = RestMode::none;
         return make(s);

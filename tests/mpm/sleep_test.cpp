@@ -154,7 +154,8 @@ TEST_P(Rests, AHandThatPressesOneEndOfASlabLeavesTheOtherAsleep)
         const auto slept = make(s), other = awake_throughout(s);
         const Vec3<double> above{10 * dx, 14 * dx, 9 * dx};
         for (int f = 0; f < 12; ++f)
-            for (Simulator* one : {slept.get(), other.get()}) one->advance(at(above, above), frame);
+            for (EditableSimulator* one : {slept.get(), other.get()})
+                one->advance(at(above, above), frame);
         const long moved = slab.press(*slept, 1.5 * dx, 20).moved;
         EXPECT_LT(moved, slab.press(*other, 1.5 * dx, 20).moved / 2);
         const Particles a = slept->particles(), b = other->particles();

@@ -91,7 +91,7 @@ TEST_P(LocalLeaving, AHandThatReturnsFindsClayThere)
     move(near, near, away, away, 1);
     EXPECT_FALSE(local->leaving());
     EXPECT_GT(report.frozen, 0u);
-    EXPECT_GT(report.taken, 0u);
+    EXPECT_GT(report.activated, 0u);
     const double first = dent(at, 0.2);
     move(near, at - Place{0, 0.045, 0}, away, away, 15);
     move(at - Place{0, 0.045, 0}, near, away, away, 15);

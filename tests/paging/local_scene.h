@@ -101,7 +101,7 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
             return;
         }
         report = local->follow(m, *solver);
-        if (report.taken == 0) local->begin_leaving(frame_number, m, *solver);
+        if (report.activated == 0) local->begin_leaving(frame_number, m, *solver);
     }
     void press(Place at, double depth = 0.03)
     {

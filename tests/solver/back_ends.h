@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "host/solver/editable_simulator.h"
 #include "host/solver/reference.h"
 
 namespace knead {
@@ -11,7 +12,7 @@ namespace knead {
 struct BackEnd {
     const char* name;
     bool device, deterministic;
-    std::unique_ptr<Simulator> make(Setup s) const
+    std::unique_ptr<EditableSimulator> make(Setup s) const
     {
         s.deterministic = deterministic;
         return device ? gpu_solver(s, 0) : cpu_solver(s);

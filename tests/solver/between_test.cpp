@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "host/solver/audit.h"
+#include "host/solver/editable_simulator.h"
 #include "tests/sanitized.h"
 #include "tests/solver/back_ends.h"
 

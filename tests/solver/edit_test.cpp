@@ -84,9 +84,7 @@ void play(EditableSimulator& solver, int from, int frames)
 // The scene as it stands, made anew.
 Scene anew(const EditableSimulator& solver)
 {
-    Scene s = solver.config();
-    s.particles = solver.particles();
-    return s;
+    return {solver.config(), {solver.particles(), {}}, two_balls()};
 }
 
 // Plays two frames, edits the one solver, and the scene that the other is made of.

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "host/solver/editable_simulator.h"
 #include "host/solver/reference.h"
 
 namespace knead {
@@ -14,11 +15,13 @@ struct Follower {
     std::unique_ptr<Simulator> (*make)(const Setup&);
     bool device = false;
 };
-const Follower follower_float{"float", cpu_solver},
+const Follower follower_float{
+    "float", [](const Setup&s) -> std::unique_ptr<Simulator> { return cpu_solver(s); }},
     follower_reference{
         "reference",
         [](const Setup&s) -> std::unique_ptr<Simulator> { return std::make_unique<Reference>(s); }},
-    follower_cuda{"cuda", [](const Setup&s) { return gpu_solver(s, 0); }, true};
+    follower_cuda{
+        "cuda", [](const Setup&s) -> std::unique_ptr<Simulator> { return gpu_solver(s, 0); }, true};
 inline std::string name_of(const testing::TestParamInfo<Follower>& at) { return at.param.name; }
 
 // Its tests skip a device where there is none.

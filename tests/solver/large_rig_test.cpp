@@ -7,13 +7,14 @@
 #include <functional>
 
 #include "host/bench/ball.h"
+#include "host/solver/editable_simulator.h"
 #include "host/solver/reference.h"
 
 namespace knead {
 namespace {
 
 constexpr double frame = 1.0 / 90;
-using Maker = std::function<std::unique_ptr<Simulator>(const Setup&)>;
+using Maker = std::function<std::unique_ptr<EditableSimulator>(const Setup&)>;
 
 // A necklace of many joints, more than two hands have and more than a kernel stages at a time.
 void expect_the_references(const Maker& make)

@@ -88,7 +88,7 @@ TEST_P(Slides, ABlockThatIsPushedLosesWhatFrictionTakes)
         const auto solver = GetParam().make(s);
         for (int f = 0; f < 10; ++f) solver->advance({}, 0.015);
         SavedState pushed = solver->save();
-        for (auto& q : pushed.setup.particles) q.v.x += 1;
+        for (auto& q : pushed.contents.particles) q.v.x += 1;
         pushed.speed_squared = 2;
         solver->load(pushed);
         const auto speed = [&] {
@@ -152,8 +152,7 @@ TEST_P(Slides, AndGoesOnFromASavedStateAndASnapshot)
 
     // An edit is felt as a new scene is: sliding begins anew.
     solver->restore(*snapshot);
-    Given now = solver->config();
-    now.particles = solver->particles();
+    Given now{solver->config(), {solver->particles(), {}}, s};
     now.gravity.y = -8, solver->set_gravity(now.gravity);
     EXPECT_TRUE(solver->save().sliding.empty());
     const auto fresh = GetParam().make(now);
@@ -183,7 +182,7 @@ TEST_P(Slides, NoStateSlidesWhereNoneCan)
     SavedState with = state;
     with.sliding = {{places - 1, 1, 0.01f, -1}};
     solver->load(with);
-    with.setup.walls.mode = ContactMode::sticky;
+    with.config.walls.mode = ContactMode::sticky;
     EXPECT_THROW(solver->load(with), std::invalid_argument);
 }
 

@@ -23,9 +23,19 @@ INSTANTIATE_TEST_SUITE_P(Solver, Follow,
                          testing::Values(follower_float, follower_reference, follower_cuda),
                          name_of);
 // Those that take edits.
-class FollowEdits : public Following {};
-INSTANTIATE_TEST_SUITE_P(Solver, FollowEdits, testing::Values(follower_float, follower_cuda),
-                         name_of);
+class FollowEdits : public testing::TestWithParam<bool> {
+  protected:
+    void SetUp() override
+    {
+        if (GetParam() && !gpu_present()) GTEST_SKIP() << "no CUDA device";
+    }
+    std::unique_ptr<EditableSimulator> make(const Given& s) const
+    {
+        return GetParam() ? gpu_solver(s, 0) : cpu_solver(s);
+    }
+};
+INSTANTIATE_TEST_SUITE_P(Solver, FollowEdits, testing::Values(false, true),
+                         [](const auto& at) { return std::string(at.param ? "cuda" : "float"); });
 
 // A ball of radius r [m] around c, elastic where the yield stress is 0 [Pa], with a Gaussian at
 // each of its particles.
@@ -285,8 +295,7 @@ TEST_P(FollowEdits, AttachedBetweenFramesTheyAreThoseOfASceneMadeSo)
     s.gaussians.assign(all.begin(), all.begin() + 100);
     const auto edited = make(s);
     play(*edited, 0, 2);
-    Given anew = edited->config();
-    anew.particles = edited->particles(), anew.gaussians = edited->gaussians();
+    Given anew{edited->config(), {edited->particles(), edited->gaussians()}, s};
     std::vector<Vec3<double>> places;
     for (std::size_t i = 100; i < 400; ++i) {
         places.push_back(cast<double>(cast<float>(all[i].x)));

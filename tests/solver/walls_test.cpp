@@ -23,7 +23,7 @@ class AtAWall : public AgainstTheReference {
         const auto mine = GetParam().make(s);
         Reference reference(s);
         for (int i = 0; i < frames; ++i) mine->advance({}, frame), reference.advance({}, frame);
-        return {reference.particles(), mine->save().setup.particles};
+        return {reference.particles(), mine->save().contents.particles};
     }
 };
 INSTANTIATE_TEST_SUITE_P(Solver, AtAWall, ::testing::ValuesIn(back_ends),

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "host/solver/editable_simulator.h"
 #include "tests/reason.h"
 #include "tests/splats/raster_cases.h"
 

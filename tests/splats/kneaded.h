@@ -147,7 +147,7 @@ inline Picture picture_of(const SplatCloud& cloud, const std::vector<Gaussian<do
     return cpu_raster(cloud, shown).front();
 }
 
-inline Picture picture_of(const CarriedSplats& splats, const EditableSimulator& solver,
+inline Picture picture_of(const CarriedSplats& splats, const Simulator& solver,
                           const Eye<float>& eye, Follow follow = Follow::total)
 {
     std::vector<Gaussian<double>> g = solver.gaussians();
@@ -158,8 +158,7 @@ inline Picture picture_of(const CarriedSplats& splats, const EditableSimulator& 
 }
 
 // Where the clay's surface is, seen by the eye.
-inline std::vector<float> clay_seen(const Body& b, const EditableSimulator& solver,
-                                    const Eye<float>& eye)
+inline std::vector<float> clay_seen(const Body& b, const Simulator& solver, const Eye<float>& eye)
 {
     const std::vector<Mesh> meshes = surface(solver.particles(), b.setup.materials, b.look);
     return mesh_depths(eye, meshes.at(0).vertices, meshes.at(0).triangles);
@@ -173,7 +172,7 @@ struct Upkeep {
 };
 
 // Plays so many frames; with `upkeep`, splats are split and added. Returns how many were.
-inline std::pair<std::size_t, std::size_t> play(Body& b, EditableSimulator& solver, int frames,
+inline std::pair<std::size_t, std::size_t> play(Body& b, Simulator& solver, int frames,
                                                 const Upkeep* upkeep = nullptr)
 {
     std::size_t split_up = 0, added = 0;

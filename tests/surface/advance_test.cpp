@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "host/solver/editable_simulator.h"
 #include "host/surface/gpu_surface.h"
 #include "host/surface/surface.h"
 #include "tests/solver/samples.h"

@@ -1,6 +1,7 @@
 // Meshes that stay on the device are those that are fetched, and the box about them is theirs.
 #include <gtest/gtest.h>
 
+#include "host/solver/editable_simulator.h"
 #include "host/surface/gpu_surface.h"
 #include "tests/surface/closed_mesh.h"
 #include "tests/surface/surface_clay.h"

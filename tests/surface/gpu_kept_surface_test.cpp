@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "host/bench/ball.h"
+#include "host/solver/editable_simulator.h"
 #include "host/surface/gpu_surface.h"
 #include "tests/solver/same_bits.h"
 #include "tests/surface/surface_clay.h"

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "host/solver/editable_simulator.h"
 #include "tests/solver/same_bits.h"
 #include "tests/solver/samples.h"
 #include "tests/surface/closed_mesh.h"

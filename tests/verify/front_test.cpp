@@ -57,8 +57,8 @@ TEST(Front, AnErrorThatIsLessThanOnFinerCellsIsLuck)
     EXPECT_TRUE(all[3].beats(all[1]));
     EXPECT_TRUE(all[0].beats(all[4]));
     EXPECT_FALSE(all[0].beats(all[3]));
-    EXPECT_EQ(all[0].json_of("mm"), "0.05 mm (counts as 9) in 0.1 s");
-    EXPECT_EQ(all[2].json_of("mm"), "4 mm in 0.4 s");
+    EXPECT_EQ(all[0].summary("mm"), "0.05 mm (counts as 9) in 0.1 s");
+    EXPECT_EQ(all[2].summary("mm"), "4 mm in 0.4 s");
 }
 
 // As many particles as fill a ball, whatever a cell holds, within it; the second time the same.

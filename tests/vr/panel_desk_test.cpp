@@ -46,14 +46,13 @@ TEST(HeadsetNotices, tell_a_refusal_once_and_show_it_for_some_seconds_after_the_
 }
 
 // A live session that is stepped, with little clay.
-using Rules = Setup;  // GoogleTest has another meaning for the word
 class PanelDeskTest : public testing::Test {
   protected:
     const std::vector<std::string> settings{"domain.cells=16", "surface.nodes=16"};
     LiveSession live{load_live_scene("scenes/squeeze.json", settings), [] {
                          LiveOptions options;
                          options.stepped = true, options.recorded = false;
-                         options.make = [](const Rules& s) {
+                         options.make = [](const SimulationConfig& s) {
                              return make_solver(s, parse_device("cpu"));
                          };
                          return options;
@@ -67,9 +66,9 @@ class PanelDeskTest : public testing::Test {
         live.settle();
         EXPECT_EQ(live.state()->refusal, "");
     }
-    Rules rules()
+    SimulationConfig config()
     {
-        Rules found;
+        SimulationConfig found;
         live.inspect_solver([&](const Simulator& solver) { found = solver.editable()->config(); });
         return found;
     }
@@ -77,25 +76,25 @@ class PanelDeskTest : public testing::Test {
 
 TEST_F(PanelDeskTest, changes_materials_gravity_and_tools)
 {
-    const Rules before = rules();
+    const SimulationConfig before = config();
     act(PanelAct::gravity);
-    EXPECT_EQ(length(rules().gravity), 0);
+    EXPECT_EQ(length(config().gravity), 0);
     EXPECT_FALSE(desk.view(*live.state(), hands).gravity);
     act(PanelAct::gravity);
-    EXPECT_EQ(rules().gravity.y, before.gravity.y);
+    EXPECT_EQ(config().gravity.y, before.gravity.y);
 
     act(PanelAct::stiffness, 0, 0.5f);
-    EXPECT_NEAR(stated(rules().materials[0]).young, 1e5, 1);
-    EXPECT_NEAR(rules().materials[0].lambda / rules().materials[0].mu,
+    EXPECT_NEAR(stated(config().materials[0]).young, 1e5, 1);
+    EXPECT_NEAR(config().materials[0].lambda / config().materials[0].mu,
                 before.materials[0].lambda / before.materials[0].mu, 1e-9)
         << "Poisson's ratio stays";
     act(PanelAct::yield, 0, 0);
-    EXPECT_NEAR(rules().materials[0].yield, 10, 1e-6);
+    EXPECT_NEAR(config().materials[0].yield, 10, 1e-6);
     const std::string first = desk.view(*live.state(), hands).material;
     act(PanelAct::material, 1);
     EXPECT_NE(desk.view(*live.state(), hands).material, first);
     act(PanelAct::material, -1);
-    EXPECT_NEAR(rules().materials[0].mu, preset("clay").mu, 1e-6);
+    EXPECT_NEAR(config().materials[0].mu, preset("clay").mu, 1e-6);
 
     act(PanelAct::right_tool, -1);
     EXPECT_EQ(hands.options().held[right], "scissors");
@@ -129,9 +128,9 @@ TEST_F(PanelDeskTest, shows_no_gravity_in_a_scene_that_has_none_and_can_give_it_
     EXPECT_EQ(length(desk.gravity_of(*live.state())), 0);
     act(PanelAct::gravity);
     EXPECT_TRUE(desk.view(*live.state(), hands).gravity);
-    EXPECT_NEAR(rules().gravity.y, -9.81, 1e-6);
+    EXPECT_NEAR(config().gravity.y, -9.81, 1e-6);
     act(PanelAct::gravity);
-    EXPECT_EQ(length(rules().gravity), 0);
+    EXPECT_EQ(length(config().gravity), 0);
 }
 
 // The clay does not hear of its surface: the same frame goes on.

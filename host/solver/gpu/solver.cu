@@ -193,7 +193,7 @@ std::vector<double> GpuSolver::penetration() const
     return depths;
 }
 
-std::vector<Vec3<double>> GpuSimulator::velocities() const
+std::vector<Vec3<double>> GpuSolver::velocities() const
 {
     std::vector<Vec3<double>> all;
     if (!posed || config().passes == 0) return all;
