@@ -183,8 +183,8 @@ void GlEyePainter::resize(int width, int height)
     width_ = w, height_ = h;
 }
 
-// The lit ball is kept while it contains the clay and is at most twice the size needed: shadow maps
-// placed anew every frame would make shadows crawl.
+// The lit ball is kept while it contains the clay and is at most twice the size needed: if shadow
+// maps were placed anew in each frame, shadow edges would flicker.
 void GlEyePainter::light(const EyeLook& look)
 {
     const float room = 1.5f;  // margin for hands around the clay

@@ -7,7 +7,8 @@
 
 namespace knead {
 
-constexpr int live_lamps = 2;                     // the key light; the zenith, for the whole sky
+constexpr int live_lamps = 2;                     // the key light; one at the zenith, which
+                                                  // represents the whole sky
 constexpr int key_side = 1024, zenith_side = 48;  // texels of their shadow maps
 
 // GLSL array of points on a unit disk along a Fibonacci spiral.
@@ -30,8 +31,8 @@ inline std::string live_constants(int samples)
            spiral("key_taps", samples < 2 ? 4 : 2 * samples);  // lookups, four texels each
 }
 
-// Lighting of a visible point. Shadow lookups use the same pattern for all pixels and both eyes:
-// noise would crawl in motion.
+// Lighting of a visible point. Shadow lookups have the same pattern for all pixels and both eyes:
+// noise would flicker in motion.
 constexpr const char* live_shading = R"(
 layout(binding = 0) uniform sampler2DArrayShadow key_map;
 layout(binding = 1) uniform sampler2DArrayShadow zenith_map;
@@ -45,13 +46,12 @@ float key_open(vec3 p, vec3 n) {
         open += texture(key_map, vec4(m.xy + spread / key_side * key_taps[i], 0, depth));
     return open / key_taps.length();
 }
-// The share of a square about the place that nothing stands above: of 4 x 4 coarse texels, each
-// compared with the place itself, weighted by a tent over 3 x 3, which four lookups of 2 x 2 do. To
-// filter depths before they are compared would not do: clay, the hand above it and the floor far
-// below it have no mean that says which of them is above clay.
-// An offset along the normal by the square's half keeps every slope from shading itself: of a plane
-// that rises by the angle a, what lies uphill within r reaches up to the place only where the
-// offset is less than r sin(a).
+// Fraction of a square around p that is not occluded from above, by percentage-closer filtering: 4
+// x 4 texels are compared with the depth of p and weighted by a 3 x 3 tent, in four lookups of 2 x
+// 2. Comparison must precede filtering: the mean depth of clay, a hand above it and the floor far
+// below it is not the depth of an occluder. The offset along the normal is half the width r of the
+// square, so that no slope shadows itself: on a plane inclined by the angle a, points within r
+// occlude p only if the offset is below r sin(a).
 float sky_open(vec3 p, vec3 n) {
     vec3 m = in_map(lamp[1], p + 2 * 2 * ball.w / zenith_side * n);
     if (any(greaterThan(abs(m.xy - 0.5), vec2(0.5)))) return 1;
@@ -70,10 +70,11 @@ vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
     vec3 l = lamp[0].towards.xyz;
     float cosine = dot(n, l);
     float key = cosine > 0 ? cosine * key_open(p, n) : 0;
-    // Of the dome above, a surface sees the share (1 + n.y) / 2, about the direction between its
-    // normal and the zenith; what stands above hides a part of it.
+    // A surface without occluders sees the fraction (1 + n.y) / 2 of the sky, centred between its
+    // normal and the zenith; occluders above reduce it.
     float open = 0.5 + 0.5 * n.y;
-    // What faces down is hidden from the zenith by its own body, which that share has counted.
+    // A surface that faces down is hidden from the zenith by its own body, which that fraction
+    // already includes.
     float faces = smoothstep(-0.5, 0.0, n.y);
     if (faces > 0) open *= mix(1.0, mix(0.4, 1.0, sky_open(p, n)), faces);
     vec3 middle = n + vec3(0, 1.001, 0);
@@ -87,7 +88,8 @@ constexpr const char* live_vertex = R"(
 layout(location = 0) in vec3 place;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 colour;
-layout(location = 3) in float advance;  // along the normal, since the surface before
+layout(location = 3) in float advance;  // displacement along the normal since the previous surface
+                                        // [m]
 layout(location = 3) uniform float ahead;
 out vec3 vertex_place;
 out vec3 vertex_normal;
@@ -100,13 +102,13 @@ void main() {
     vertex_colour = colour;
 }
 )";
-// Transparency by sample masks in a pattern of 4 x 4 pixels: no sorting needed.
+// Screen-door transparency: sample masks with a 4 x 4 dither pattern need no sorting.
 constexpr const char* live_fragment = R"(
 in vec3 vertex_place;
 in vec3 vertex_normal;
 in vec4 vertex_colour;
 layout(location = 1) uniform float opacity;
-layout(location = 2) uniform vec3 glow;  // of the rim
+layout(location = 2) uniform vec3 glow;  // rim light, linear RGB
 out vec4 radiance;
 const int order[16] = int[](0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5);
 void main() {
@@ -141,7 +143,8 @@ void main() {
 constexpr const char* live_floor_fragment = R"(
 in vec3 vertex_place;
 out vec4 radiance;
-layout(location = 1) uniform float cover;  // 0: what is not floor shines through
+layout(location = 1) uniform float cover;  // 1: the floor fades into the backdrop; 0: it fades to
+                                           // transparent
 void main() {
     vec3 ray = vertex_place - eye.xyz;
     vec3 colour = floor_at(vertex_place, ray, length(ray));
@@ -176,18 +179,19 @@ constexpr const char* live_hidden_fragment = R"(
 void main() {}
 )";
 
-// Resolves the samples to the caller's pixels: mean colour, nearest depth, and splats over what is
-// behind them, blended in display (sRGB) space as splat files define it.
+// Resolves the samples to the caller's pixels: mean colour and nearest depth. Composites splats
+// over the samples behind them, in display (sRGB) space as splat files define it.
 constexpr const char* live_output_fragment = R"(
 layout(binding = 0) uniform sampler2DMS colours;
 layout(binding = 1) uniform sampler2DMS depths;
 layout(binding = 2) uniform sampler2D splat_colours;
 layout(binding = 3) uniform sampler2D splat_depths;
-layout(location = 1) uniform vec4 picture;  // its lower left corner and its size [pixels]
-layout(location = 2) uniform bool linear;   // GL encodes what is written
+layout(location = 1) uniform vec4 picture;  // lower left corner and size [pixels]
+layout(location = 2) uniform bool linear;   // write linear values: GL encodes them
 layout(location = 3) uniform bool splats;
-layout(location = 4) uniform bool hidden;  // something is
-layout(location = 5) uniform vec2 shown;   // of the splats' texels, from the first on; 0: all
+layout(location = 4) uniform bool hidden;  // the hidden area is not empty
+layout(location = 5) uniform vec2 shown;   // used part of the splat textures, from the first texel
+                                           // on [texels]; 0: all
 out vec4 tone;
 void main() {
     ivec2 at = ivec2(gl_FragCoord.xy - picture.xy);
@@ -213,7 +217,7 @@ void main() {
     float ahead = splats ? textureLod(splat_depths, spot, 0).r : 1e30, behind = 0;
     for (int s = 0; s < seen; ++s)
         if (ahead * found[s] < eye.w) behind += 1.0 / seen;
-    // Colours are already times their cover.
+    // Colours are premultiplied by coverage.
     vec3 c = sum.a > 0 ? encoded(sum.rgb / sum.a) * sum.a : vec3(0);
     float cover = sum.a;
     if (splats && behind > 0) {

@@ -100,7 +100,8 @@ void add_mesh(Geometry& geometry, const Mesh& mesh, Vec3<float> colour, float sk
     const int first = int(geometry.vertices.size()), count = int(mesh.vertices.size());
     geometry.vertices.resize(std::size_t(first + count));
     const bool advances = mesh.advance.size() == mesh.vertices.size();
-    bool sound = true;  // all finite: no second pass over hands, which come every frame
+    bool sound = true;  // all values are finite: hands, which change every frame, need no second
+                        // pass
     for (int i = 0; i < count; ++i) {
         const Vec3<float>&x = mesh.vertices[i], &n = mesh.normals[i];
         const float advance = advances ? mesh.advance[std::size_t(i)] : 0;

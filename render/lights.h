@@ -1,5 +1,5 @@
 // The lamps of a picture: a key light (a disk) and a sky dome, both sampled by directions with a
-// shadow map each. The sum over the dome is true ambient occlusion.
+// shadow map each. The sum over the dome is ambient occlusion by visibility.
 #pragma once
 #include <array>
 #include <cmath>

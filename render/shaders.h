@@ -9,7 +9,7 @@
 
 namespace knead {
 
-constexpr int samples_across = 2;                        // of a pixel, each way
+constexpr int samples_across = 2;                        // samples per pixel along each axis
 constexpr int key_map_side = 1024, dome_map_side = 512;  // texels of a shadow map
 
 inline std::string constant(const char* name, int value)
@@ -45,26 +45,29 @@ struct Lamp {
 };
 layout(std140, binding = 0) uniform Lamps { Lamp lamp[lamps]; };
 layout(std140, binding = 1) uniform View {
-    vec4 eye;       // [m]; w: near distance [m]
-    vec4 right;     // unit, times the tangent of half the field of view, w: its reciprocal
+    vec4 eye;       // position [m]; w: near plane [m]
+    vec4 right;     // unit vector times the tangent of half the field of view; w: reciprocal of
+                    // that tangent
     vec4 up;        // likewise
-    vec4 forward;   // unit; w: height of the floor [m]
-    vec4 ball;      // centre and radius of what casts shadows [m]
-    vec4 scale;     // spacing of the floor's lines [m], where it fades [m], angle of a pixel [rad]
-    vec4 sky;       // the side on which the sky is brighter
-    vec4 shift;     // of the field's middle from the gaze, in half fields: to the right, up
+    vec4 forward;   // unit vector; w: height of the floor [m]
+    vec4 ball;      // bounding ball of the shadow casters: centre, radius [m]
+    vec4 scale;     // grid spacing of the floor [m], radius at which it has faded [m], angle of a
+                    // pixel [rad]
+    vec4 sky;       // direction towards the brighter side of the sky
+    vec4 shift;     // offset of the frustum's centre from the view axis, in half fields of view:
+                    // right, up
 };
 vec3 in_map(Lamp l, vec3 p) {
     return vec3(dot(l.row[0], vec4(p, 1)), dot(l.row[1], vec4(p, 1)), dot(l.row[2], vec4(p, 1)));
 }
-// Depth is near / distance along the gaze: 1 near, 0 far.
+// Reversed depth: near / distance along the view axis; 1 at the near plane, 0 at infinity.
 vec4 projected(vec3 place) {
     vec3 d = place - eye.xyz;
     float ahead = dot(d, forward.xyz);
     return vec4(dot(d, right.xyz) * right.w * right.w - shift.x * ahead,
                 dot(d, up.xyz) * up.w * up.w - shift.y * ahead, eye.w, ahead);
 }
-// Through a place of the picture, -1 to 1 each way; as long as the gaze goes 1 ahead.
+// View ray through a point of the picture in [-1, 1]^2, with component 1 along the view axis.
 vec3 ray_through(vec2 at) {
     return forward.xyz + (at.x + shift.x) * right.xyz + (at.y + shift.y) * up.xyz;
 }
@@ -120,7 +123,8 @@ constexpr const char* shading = R"(
 const vec3 key_colour = vec3(1.48, 1.38, 1.24);
 const vec3 floor_colour = vec3(0.30, 0.30, 0.31);
 
-// Brighter above, and on the side that the key light does not reach, so that shade keeps form.
+// Radiance of the sky: brighter at the zenith and on the side opposite the key light, so that
+// shapes remain visible in shade.
 vec3 sky_from(vec3 l) {
     return mix(vec3(0.40, 0.42, 0.46), vec3(0.58, 0.64, 0.74), l.y) *
            (0.72 + 0.45 * dot(l, sky.xyz));
@@ -128,27 +132,29 @@ vec3 sky_from(vec3 l) {
 vec3 backdrop(float height) {
     return mix(vec3(0.50, 0.51, 0.52), vec3(0.27, 0.30, 0.35), smoothstep(0.0, 0.7, height));
 }
-// The highlight of a lamp. Clay: broad and weak. Skin: broader.
+// Specular highlight of a lamp: normalised Blinn-Phong with a Fresnel factor, broad on clay,
+// broader on skin.
 float glint_of(vec3 n, vec3 l, vec3 view, float skin) {
     float shine = mix(22, 9, skin), gloss = mix(0.050, 0.030, skin);
     vec3 h = normalize(l + view);
     float fresnel = 1 + 4 * pow(1 - max(dot(h, view), 0), 5);
     return fresnel * gloss * (shine + 8) / 8 * pow(max(dot(n, h), 0), shine);
 }
-// Light that the floor sends back up, less near the floor, which is in shade there.
+// Light reflected by the floor; less for points near the floor, where it is in shade.
 vec3 bounced(vec3 p, vec3 n) {
     float height = max(p.y - forward.w, 0);
     float clear = mix(0.10, 1.0, height / (height + 0.35 * ball.w));
     return 0.75 * clear * (0.5 - 0.5 * n.y) * floor_colour;
 }
-// What bleeds through skin at grazing view, where so much of the sky is open.
+// Translucency of skin at grazing angles; `open`: visible fraction of the sky.
 vec3 rim_of(vec3 n, vec3 view, float skin, float open) {
     return skin * 0.22 * pow(1 - max(dot(n, view), 0), 3) * (0.3 + open) * vec3(1.0, 0.72, 0.60);
 }
 )";
 
 constexpr const char* ground = R"(
-// Share of a line of one pixel or `width` that a footprint covers, softened over the footprint.
+// Coverage of the lines of a grid by a pixel's footprint, antialiased: a line is at least a pixel
+// wide, and lines denser than pixels fade out. All in metres.
 float line(float at, float spacing, float width, float footprint) {
     float d = abs(fract(at / spacing + 0.5) - 0.5) * spacing;
     float soft = max(footprint, 0.5 * width);
@@ -167,13 +173,13 @@ vec3 floor_at(vec3 p, vec3 ray, float distance) {
 )";
 
 constexpr const char* tones = R"(
-// Straight up to a knee, then a shoulder that never clips.
+// Tone curve: linear up to a knee, then a shoulder that approaches 1.
 vec3 toned(vec3 c) {
     const float knee = 0.6;
     vec3 over = max(c - knee, 0);
     return clamp(min(c, knee) + (1 - knee) * over / (over + (1 - knee)), 0, 1);
 }
-// From linear to sRGB, and back.
+// Linear to sRGB, and the inverse.
 vec3 encoded(vec3 c) {
     return mix(12.92 * c, 1.055 * pow(c, vec3(1 / 2.4)) - 0.055, step(0.0031308, c));
 }
@@ -190,15 +196,16 @@ layout(binding = 1) uniform sampler2D colours;
 layout(binding = 2) uniform sampler2D depths;
 layout(binding = 3) uniform sampler2DArrayShadow key_maps;
 layout(binding = 4) uniform sampler2DArrayShadow dome_maps;
-layout(location = 0) uniform vec2 size;  // of the picture in samples
+layout(location = 0) uniform vec2 size;  // of the picture [samples]
 out vec4 radiance;
 
-// Jorge Jimenez's interleaved gradient noise, in [0, 1): neighbours differ, so their mean is
-// smooth.
+// Interleaved gradient noise [Jimenez 2014] in [0, 1): neighbouring pixels differ, so that their
+// mean is smooth.
 float grain(vec2 at) { return fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715)))); }
 
-// `blur` is in shares of the map: every sample and lamp looks up another spot of that square, along
-// Martin Roberts' R2 sequence, and the one opposite.
+// Visibility of lamp l from p: the mean of two shadow lookups, at an offset within a square of half
+// width `blur` (fraction of the map) and at the opposite offset. The offset differs between samples
+// and lamps: sequence R2 [Roberts 2018].
 float open_to(sampler2DArrayShadow maps, int layer, Lamp l, vec3 p, vec2 turn, float blur) {
     vec3 m = in_map(l, p);
     vec2 aside = blur * (2 * fract(turn + layer * vec2(0.7548777, 0.5698403)) - 1);
@@ -232,7 +239,7 @@ vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
         dome += share * sky_from(l.towards.xyz);
         open += share;
     }
-    // Radiance is colour / pi times irradiance; a lamp of the dome stands for 2 pi / dome_lamps sr.
+    // Radiance is colour / pi times irradiance; a lamp of the dome represents 2 pi / dome_lamps sr.
     float key_share = 4.0 / key_lamps, dome_share = 4.0 * 2.0 / dome_lamps;
     open *= dome_share;
     vec3 light = key * key_share * key_colour + dome * dome_share + bounced(p, n);

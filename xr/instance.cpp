@@ -197,7 +197,7 @@ XrEnvironmentBlendMode Instance::blend_mode(bool see_through)
     };
     if (see_through && there(XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND))
         return XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND;
-    // modes[0] is the runtime's preference: additive for optical see-through displays.
+    // modes[0] is the mode that the runtime prefers: additive on optical see-through displays.
     return there(XR_ENVIRONMENT_BLEND_MODE_OPAQUE) ? XR_ENVIRONMENT_BLEND_MODE_OPAQUE : modes[0];
 }
 

@@ -26,7 +26,7 @@ struct ContactSpace {
     unsigned char pairs[slots * points];  // points * slot + point
 };
 
-// Loads a block's mask with two vector loads instead of eight.
+// Loads a block's mask by two vector loads instead of eight scalar ones.
 __device__ inline Mask loaded(const Mask& mask)
 {
     Mask all;

@@ -16,7 +16,7 @@ constexpr int blade_reach = 3;
 // Distance from a tool within which it is a candidate of a block [cells].
 HD float candidate_band(bool blade) { return blade ? float(blade_reach) + 0.5f : 0.5f; }
 
-// Particle::sides
+// bits of Particle::sides
 enum Label : std::uint32_t { uncut = 0, above = 1, below = 2 };  // above: where the normal points
 
 HD std::uint32_t opposite(std::uint32_t label) { return label == above ? below : above; }

@@ -7,8 +7,9 @@ namespace knead {
 
 constexpr double min_transmittance = 1e-4;    // less counts as 0
 constexpr double median_transmittance = 0.5;  // at which the depth of the splats is taken
-// Blending of a pixel ends at a splat whose centre is this factor behind the mesh. Splats are
-// ordered by their centres, so a part of a later splat may be nearer than its centre.
+// Blending of a pixel ends at the first splat whose centre is deeper than the mesh by this factor.
+// The margin is needed because splats are sorted by their centres, and a later splat may extend in
+// front of its own centre.
 constexpr double mesh_slack = 1.02;
 constexpr float no_depth = 1e30f;  // [m]: of an empty pixel
 
@@ -16,7 +17,7 @@ template <class R>
 struct Pixel {
     Vec3<R> colour{0, 0, 0};  // premultiplied
     R transmittance = 1;      // of all splats so far; 0: done
-    R held = 0;               // transmittance in front of the mesh that ended the pixel
+    R held = 0;               // transmittance at which the mesh ended the blending
     R depth = R(no_depth);    // of the last splat at transmittance >= 1/2 [m]
 };
 
@@ -131,8 +132,8 @@ HD void blend(Pixel<R>& p, const Footprint<R>& f, Vec3<R> colour, R x, R y, R me
         p.held = p.transmittance, p.transmittance = 0;
 }
 
-// After all splats: adds the mesh (alpha 1) or the background (alpha 0). If the splats transmit at
-// least half of the mesh's light, the pixel gets the depth of the mesh.
+// Call after all splats: composites the pixel over the mesh (alpha 1) or the background (alpha 0).
+// If the splats transmit at least half of the mesh's light, the pixel's depth is that of the mesh.
 template <class R>
 HD void finish(Pixel<R>& p, Vec3<R> behind, R alpha_behind, R mesh)
 {

@@ -114,7 +114,7 @@ __device__ void store(const RasterView& d, int e, int i, const Footprint<float>&
     *reinterpret_cast<float4*>(d.rests + at) = {colour.z, f.depth, f.gx, f.gy};
 }
 
-// Splats in [first, end).
+// Projects the splats in [first, end).
 template <bool moved, int degree>
 __global__ void __launch_bounds__(threads)
     project_kernel(const __grid_constant__ RasterView d, int first, int end)

@@ -27,7 +27,7 @@ struct SplatView {
     int count, degree;    // number of splats; degree of the harmonics
     const float4* place;  // x, y, z [m], opacity
     const float4* turn;   // x, y, z, w
-    const float4* scale;  // half axes [m], nothing
+    const float4* scale;  // half axes [m]; w is unused
     const uint4* sh;      // sh_row(degree) each: halves, red, green and blue of every coefficient
 };
 // Number of uint4 in a splat's harmonics.
@@ -51,14 +51,14 @@ struct RasterTarget {
     const uint2* mesh_colour;  // four halves; null: none
     const float* mesh_depth;   // [m]; no_depth: no mesh here
     uint2* colour;             // four halves: red, green, blue, coverage of splats and mesh
-    float* depth;              // [m]: where half of the background is hidden, or no_depth
+    float* depth;              // depth at which the transmittance falls to 1/2 [m], or no_depth
 };
 
 // Parameters of a frame; in device memory, so that a captured graph need not change.
 struct RasterFrame {
     SplatView splats;  // at most as many as the view has room for
     Pinhole<float> camera[2];
-    Vec3<float> middle;  // of the eyes [m]
+    Vec3<float> middle;  // midpoint between the eyes [m]
     SplatOptions<float> options;
     Vec3<float> background;
     MovedSplats moved;

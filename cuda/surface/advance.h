@@ -1,5 +1,5 @@
-// Displacement of a surface since the previous surface, from the change of density around it. With
-// it a frame shows clay where it will be when the frame is displayed.
+// Displacement of a surface since the previous surface, from the change of density around it. Used
+// to extrapolate the clay to the time at which a picture is displayed.
 #pragma once
 #include "cuda/math/vec.h"
 

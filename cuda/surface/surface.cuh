@@ -1,9 +1,9 @@
 // The stages of a surface on the device, in order, and the data of their kernels.
 //   renew . clear . deposit . list . soften, repeated . count . scan . march . relax ... . shade
-// If the motion of the surface is needed, `remember` comes first. Where no clay has moved since the
-// last surface, the results up to the count are kept; if no clay has moved anywhere, the mesh is
-// kept too. Categories are stored one after the other: block b of category c is block c *
-// padded.block_count() + b, so one launch serves all of them, and the triangles of each are
+// If the motion of the surface is needed, `remember` comes first. In blocks where no clay has moved
+// since the last surface, the results of the stages up to `count` are reused; if no clay has moved
+// at all, so is the mesh. Categories are stored one after the other: block b of category c is block
+// c * padded.block_count() + b, so one launch serves all of them, and the triangles of each are
 // contiguous.
 #pragma once
 #include <cuda_runtime.h>
@@ -15,17 +15,17 @@
 
 namespace knead::gpu {
 
-// Particles of a solver, on one of two sides; `side` is device memory.
+// Particles of a solver, which alternate between two buffers.
 struct Clay {
     ParticleView particles[2];
-    const int* side;                // null: the first
+    const int* side;                // index of the current buffer, in device memory; null: 0
     cudaStream_t stream = nullptr;  // the stream that moves them
     // With sleep: the number of substeps completed, over all frames, and its value per block of the
     // simulation lattice when a particle there may last have moved. Null: all particles may have
     // moved.
     const int *substeps = nullptr, *changed = nullptr;
     Lattice<float> lattice{};
-    int solver = 0;  // number of the solver in this process; 0: it does not record what moves
+    int solver = 0;  // number of the solver in this process; 0: `changed` is not recorded
 };
 
 // Contribution of an object's particles to the density.
@@ -57,8 +57,8 @@ enum Anew : unsigned {
 
 // The part of the last surface that was recomputed.
 struct Progress {
-    int anew;                 // 1: anything
-    int deposited, softened;  // blocks that are not empty, with sums_anew and nodes_anew
+    int anew;                 // 1: at least one block is recomputed; 0: none
+    int deposited, softened;  // number of non-empty blocks with sums_anew, and with nodes_anew
 };
 
 // Errors of the last surface.
@@ -69,39 +69,45 @@ struct Faults {
 
 struct SurfaceView {
     Lattice<float> lattice;  // of the density
-    Lattice<float> padded;   // with an empty layer: node n of `lattice` is n + 1
+    Lattice<float> padded;   // with one more layer of empty nodes on each side: node n of `lattice`
+                             // is node n + 1
     int categories, blocks;  // blocks of all categories
     int rounds;              // of softening
-    bool whole;              // all is recomputed, nothing reused
+    bool whole;              // all blocks are recomputed
     int reach;               // distance over which densities and cases depend on a sum [nodes]
     float iso;
-    Grain first;               // of the first, and mostly the only, object
+    Grain first;               // of the first object, in most scenes the only one
     Span<const Grain> grains;  // per object
     const Layer* layers;       // per category
 
-    // categories * padded.node_count() each; 0 but in the active blocks
+    // categories * padded.node_count() each; 0 outside the active blocks
     unsigned* sums;
-    float* density;  // of every round, one after the other: blocks are softened one by one
+    float* density;  // one array per round: a block reads its neighbours' values of the previous
+                     // round
     unsigned* marks;
-    // The final densities of the previous surface; null: its motion is not needed.
+    // Final densities of the previous surface; null: the surface's motion is not needed.
     float* past;
     int* past_known;  // 0: `past` is not valid
 
     unsigned* occupied;  // blocks: holds mass
     unsigned* anew;      // layer_blocks(): bits of Anew
-    int* seen;           // Clay::substeps at the last surface; -1: there is none
+    int* seen;           // value of Clay::substeps at the last surface; -1: no surface yet
     Progress* progress;
-    int *list, *skin;  // blocks each: not empty; with vertices or triangles
-    int* work;         // blocks: the Progress::softened blocks of `list` that have nodes_anew
-    int* active;       // 3: their numbers, in any order; `list` of the last surface
-    unsigned long long *counts, *before;  // blocks + 1 each: vertices + (triangles << 32)
+    int *list, *skin;  // room for `blocks` each: non-empty blocks; blocks with vertices or
+                       // triangles
+    int* work;         // room for `blocks`: the Progress::softened blocks of `list` with nodes_anew
+    int* active;       // 3 numbers: entries of `list`, of `skin`, and of the last surface's `list`;
+                       // entries are unordered
+    unsigned long long *counts, *before;  // blocks + 1 each: vertices + (triangles << 32) per
+                                          // block, and their prefix sums
 
     int vertex_room, triangle_room;
     // vertex_room each: (x, 1) [m]; normal and advance (advance.h) [m], 0 without `past`.
     float4 *vertices[2], *normals;
     Int3* triangles;     // triangle_room
     int* ring;           // vertex_room: triangles around a vertex
-    int *next, *last;    // max_ring rows of vertex_room: their other vertices
+    int *next, *last;    // max_ring rows of vertex_room: the other two vertices of each of these
+                         // triangles
     DrawCommand* draws;  // per category
     Faults* faults;
 
@@ -118,9 +124,9 @@ struct SurfaceView {
     HD const float* final_density() const { return density_of(rounds - 1); }
 };
 
-// The mesh is unchanged.
+// Whether the mesh is unchanged.
 HD bool idle(const SurfaceView& d) { return !d.whole && d.progress->anew == 0; }
-// Of a block of any category.
+// The Anew bits of a block, numbered over all categories.
 HD unsigned anew_of(const SurfaceView& d, int block)
 {
     return d.whole ? unsigned(all_anew) : d.anew[block];
@@ -154,20 +160,21 @@ void remember(const SurfaceView& view, int processors, cudaStream_t stream);
 void clear(const SurfaceView& view, int processors, cudaStream_t stream);
 // Deposits the particles.
 void deposit(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
-// Lists the blocks that the density will reach, including the cells around it.
+// Lists the blocks that the smoothed density reaches, including the cells next to it.
 void list(const SurfaceView& view, cudaStream_t stream);
 // The round-th pair of binomial passes: from the sums, or from the round before.
 constexpr int passes_a_round = 2;
 void soften(const SurfaceView& view, int round, int processors, cudaStream_t stream);
-// Marks every node with its crossed edges and its cell's case; counts them by block.
+// Marks each node with its crossed edges and the case of its cell; counts vertices and triangles
+// per block.
 void count(const SurfaceView& view, int processors, cudaStream_t stream);
-// The first vertex and triangle of every block.
+// Prefix sums: the first vertex and triangle of each block.
 void scan(const SurfaceView& view, const ScanSpace& space, cudaStream_t stream);
-// Writes vertices into vertices[to], with their rings; triangles; the draw commands.
+// Writes the vertices into vertices[to], their rings, the triangles and the draw commands.
 void march(const SurfaceView& view, int to, int processors, cudaStream_t stream);
 // Moves every vertex by its ring: from vertices[from] to the other buffer.
 void relax(const SurfaceView& view, int from, float factor, int processors, cudaStream_t stream);
-// Normals of vertices[0], and their advance.
+// Computes the normals of vertices[0], and their advance.
 void shade(const SurfaceView& view, int processors, cudaStream_t stream);
 
 }  // namespace knead::gpu

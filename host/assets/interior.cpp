@@ -152,7 +152,7 @@ struct Mean {
     Vec3<float> value() const { return (1 / float(count)) * sum; }
 };
 
-// Initial values: layer by layer inwards, the mean of the neighbours that have a colour.
+// Initial values, layer by layer inwards: the mean of the neighbours that already have a value.
 void spread_inwards(const Grid& grid, Colours& c, std::vector<std::size_t> nodes,
                     const std::vector<float>& depth)
 {

@@ -126,8 +126,8 @@ double ViewApp::patience() const
 
 bool ViewApp::must_draw(bool happened)
 {
-    constexpr double moving = 0.4;  // panels after an event [s]
-    constexpr double blink = 0.25;  // of a cursor in a field of a panel [s]
+    constexpr double moving = 0.4;  // redrawing of panels after an event [s]
+    constexpr double blink = 0.25;  // of the text cursor in a panel [s]
     if (options.scripted || options.every_frame) return true;
     if (hidden) return !wanted.empty();
     if (happened) awake_until = window_time + moving;

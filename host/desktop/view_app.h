@@ -41,7 +41,7 @@ class ViewApp {
     // One round, `passed` [s] after the last one: waits for input if there is nothing to do, draws
     // if something has changed. `screenshot`: file for a picture of this round; "": none.
     void frame(double passed, const std::string& screenshot);
-    void end();  // ends the film
+    void end();  // ends the recorded video
     // Pauses the session and returns its results. Call once.
     LiveResults results();
 
@@ -129,7 +129,7 @@ class ViewApp {
     bool hand_led = false, refused = false, paused = false;
     bool hidden = false;     // the window is not visible: the session pauses
     bool stepping = false;   // compute one frame while paused
-    bool worked = false;     // the clay was shaped since the last load or reset
+    bool worked = false;     // the clay has been shaped since the last load or reset
     Discard pending;         // waits for confirmation
     double window_time = 0;  // never pauses [s]
     double time = 0;         // of the session's history; constant while paused [s]
@@ -142,7 +142,7 @@ class ViewApp {
     double pushed = -1e30;     // time of the last hands pushed to the simulation [s]
     double glow_until = 0;     // window time until which the selected object glows [s]
     int selected = 0;
-    double awake_until = 0;     // window time until which panels move after an event [s]
+    double awake_until = 0;     // window time until which panels are redrawn after an event [s]
     int settling = 0;           // frames until changed panels have their final size
     double last_drawn = -1e30;  // window time [s]
     double began = 0;           // wall time of the last round [s]
@@ -150,7 +150,8 @@ class ViewApp {
     std::string drawn_text;     // messages and question
     StillPicture still;
     double raster_took = 0, picture_took = 0, show_took = 0;  // [s]
-    long touched = 0, counted = 0;  // particle-substeps projected out of tools; up to this version
+    long touched = 0, counted = 0;  // particle-substeps projected out of tools; version of the
+                                    // state up to which they are counted
 };
 
 }  // namespace knead

@@ -97,7 +97,7 @@ void ViewPanels::follow(const LiveState& state)
         show_tool(scene);
     }
     show_scene(state);
-    if (refused) model.note(state.refusal);  // a setting that is invalid for this scene
+    if (refused) model.note(state.refusal);  // settings that are invalid for this scene
 }
 
 void ViewPanels::show_tool(const Scene& scene)

@@ -22,7 +22,7 @@ struct PictureContent {
     float within = 0;          // largest motion of clay that is not visible [m]
 };
 // Whether two pictures look the same. Tolerates motion up to `within`: clay at rest under gravity
-// trembles by far less than a pixel.
+// oscillates by far less than a pixel.
 bool alike(const PictureContent& a, const PictureContent& b);
 
 class StillPicture {

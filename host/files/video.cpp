@@ -171,8 +171,7 @@ class Ffmpeg final : public Video {
         posix_spawn_file_actions_adddup2(&files, messages_.number(), 2);
         posix_spawnattr_t how;
         posix_spawnattr_init(&how);
-        // Own process group: Ctrl-C ends this process, and ffmpeg then reaches the end of the
-        // frames.
+        // Own process group: Ctrl-C interrupts this process only; ffmpeg ends when its input ends.
         posix_spawnattr_setflags(&how, POSIX_SPAWN_SETPGROUP);
         const int error = ::posix_spawnp(&process_, argv[0], &files, &how, argv, environ);
         posix_spawnattr_destroy(&how);

@@ -22,7 +22,7 @@ Grasp bare(Topology topology, Side side, double ahead);
 Grasp tips(Topology topology, Side side, const Fingers& fingers);
 // A rod, pressed with the end on the side of the thumb.
 Grasp stick(Side side, const Fingers& grip);
-// A flat tool, pressed with the face, or the edge, that points away from the palm.
+// A flat tool, pressed with the face or edge that points away from the palm.
 Grasp face(const std::string& tool, Side side, const Fingers& grip);
 Grasp edge(const std::string& tool, Side side, const Fingers& grip);
 

@@ -16,7 +16,7 @@ using MotionSource = std::function<Motion(double from, double to)>;
 
 // Hands at rest at the origin, all inactive.
 Motion no_motion();
-// The same motion, translated far above all clay.
+// The same motion, translated to far above the clay.
 Motion far_away(Motion motion);
 // Motion of a recording. `hands` must outlive the source; null: always no_motion().
 MotionSource recorded_motion(const HandSource* hands, const HandsOptions& options);

@@ -24,8 +24,9 @@ float MotionStamp::extrapolation(double now) const
 namespace {
 
 constexpr std::size_t most_waiting = 1024;  // frames of hands
-// Catching up: backlog that is made up for [s]; how much earlier frames are due [periods]; largest
-// frame time at which this is done [periods], because the device also draws.
+// Catching up: largest backlog that is caught up [s]; by how much frames are due earlier meanwhile
+// [periods]; largest frame time at which the session catches up [periods], because the device also
+// renders.
 constexpr double most_backlog = 0.5, earlier = 0.2, quick = 0.5;
 
 std::string reason_of(const std::exception_ptr& failure)
@@ -160,7 +161,7 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
     } catch (...) {
         trouble = reason_of(std::current_exception());
     }
-    next = now();  // the time of creating the solver is no backlog
+    next = now();  // the time to create the solver is not backlog
 }
 
 void LiveSession::rehearse()

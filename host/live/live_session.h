@@ -60,7 +60,7 @@ struct LiveOptions {
                              // second of simulated time [m/s]; 0: no limit
     bool recorded = true;    // starts with the scene's recorded hands
     bool paused = false;     // starts paused
-    bool waits = false;      // frames begin with start(); rehearsal only by rehearse()
+    bool waits = false;      // the first frame begins with start(), the warm-up with rehearse()
     bool on_device = false;  // surfaces and Gaussians stay on the device that computed them
     bool moving = false;     // states contain the motion of the surface
     std::size_t memory = 0;  // limit for loading a scene [bytes]; 0: what is free
@@ -140,7 +140,7 @@ struct ClayDigest {
 
 class SimulationRun;
 
-// Decides when a stop cuts the current frame: after 0.25 s, so that the frame can end by itself. A
+// Grace period of a stop: the current frame is cut only if it has not ended after 0.25 s, because a
 // frame that was cut cannot be reproduced from a recording.
 class StopPatience {
   public:
@@ -201,7 +201,7 @@ class LiveSession {
 
     // Blocks until all commands so far are executed.
     void settle();
-    // Calls `look` with the solver on the session's thread and returns after the call; false if
+    // Calls `inspect` with the solver on the session's thread and returns after the call; false if
     // there is no solver.
     bool inspect_solver(const std::function<void(const Simulator&)>& inspect);
     ClayDigest digest();
@@ -246,7 +246,7 @@ class LiveSession {
     int steps = 0;          // frames still to compute while paused
     double stepped_to = 0;  // of a stepped session [s]
     double next = 0;        // when the next frame is due [s]
-    // Clock time of overdue frames [s]: `backlog` is still to be made up for, `dropped` is not.
+    // Clock time of overdue frames [s]: the session catches up with `backlog`, not with `dropped`.
     double backlog = 0, dropped = 0;
     StopPatience stopping;
     std::thread thread;

@@ -50,8 +50,9 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
     if (options.on_device) loop->launch_surfaces(true);
 }
 
-// Without it the first frames, and the first activation of local clay, take some tenths of a second
-// each: first touch of memory, surfaces, graphs, kernels. The state is restored afterwards.
+// Without the warm-up the first frames and the first activation of local clay take some tenths of a
+// second each: memory is touched, surfaces and graphs are created, kernels are loaded. The state is
+// restored afterwards.
 void SimulationRun::rehearse()
 {
     if (options.stepped || !editable) return;
@@ -67,7 +68,8 @@ void SimulationRun::rehearse()
 
 // The GPU captures one graph each for frames without tools, with slow and with fast tools, and
 // recaptures them once the number of substeps of a full frame is known. On the CPU two very short
-// frames suffice. Gaussians of all frames are held, as many states as a renderer holds.
+// frames suffice. The Gaussians of all these frames are kept, as many snapshots as a renderer
+// keeps.
 void SimulationRun::rehearse_frames(const Motion& away)
 {
     const bool on_gpu = solver->clay() != nullptr;
@@ -122,8 +124,8 @@ Motion SimulationRun::pushed(double from, double to)
     return m;
 }
 
-// If the simulation lags, hands move faster in simulated time than in real time. Limits active
-// tools to the fastest speed of hands; tools without contact jump to their hand.
+// If the simulation lags, hands move faster in simulated time than in real time. Active tools are
+// limited to LiveOptions::fastest; inactive tools follow their hand at once.
 void SimulationRun::keep_up(Motion& m) const
 {
     const std::vector<Side> sides = tool_sides(hands);
@@ -195,7 +197,7 @@ void SimulationRun::splats_changed()
     ++splat_version;
 }
 
-// A plan from before an edit is discarded.
+// A plan made before an edit is discarded.
 void SimulationRun::adopt_plan(PagingReport& report)
 {
     using namespace std::chrono_literals;

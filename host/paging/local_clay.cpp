@@ -16,8 +16,8 @@ namespace {
 constexpr int cube_cells = 2 * block_edge;
 // Interval of freezing [frames]; it is not urgent.
 constexpr int frames_apart = 32;
-// In cells: margin of clay that supports the moving clay, and the extra distance of a hand before
-// clay is frozen.
+// [cells] Margin of clay that supports the moving clay; additional distance of all hands beyond
+// which clay is frozen.
 constexpr double support_cells = block_edge, slack_cells = 2 * block_edge;
 
 }  // namespace
@@ -126,7 +126,7 @@ void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Editabl
     const std::vector<Key> near = around(wanted);
     standing.fit_patches(near, state_.cloud, state_.normal, boxes);
     const LocalSurface surface(standing.surface(near), depth, 2 * dx);
-    // Clay may have moved in from neighbouring cubes: no seeds beside its particles.
+    // Clay may have moved in from neighbouring cubes: no particle is seeded near an existing one.
     Int3 low = Cubes::at(wanted.front()), high = low;
     for (const Key key : wanted) {
         const Int3 c = Cubes::at(key);
@@ -176,7 +176,8 @@ void LocalClay::take_splats(EditableSimulator& solver)
         }
     });
     CarriedSplats& carried = moving.change(all);
-    state_.slot_of.resize(carried.count(), -1);  // splats split or added since
+    state_.slot_of.resize(carried.count(), -1);  // entries for splats split or added since the last
+                                                 // update
     state_.slot_of.insert(state_.slot_of.end(), slots.begin(), slots.end());
     append(carried, state_.cloud, slots);
     solver.edit_gaussians(edits);
@@ -200,8 +201,8 @@ std::vector<LocalClay::Key> LocalClay::left_by(const Boxes& boxes) const
     return left;
 }
 
-// Cubes near hands that are not active or are being frozen. If there are any, cubes within a larger
-// distance are included, so that the next frames activate none.
+// Cubes to activate: those near hands that are inactive or being frozen. If there are any, the
+// distance is enlarged, so that the next frames activate none.
 std::vector<LocalClay::Key> LocalClay::wanted_for(const Boxes& boxes) const
 {
     const auto missing = [&](double beyond) {

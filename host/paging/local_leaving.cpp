@@ -1,6 +1,6 @@
 // Freezing of clay that all hands have left. A thread computes the positions and deformations of
-// its splats from a snapshot. They stay valid until hands return, because clay far from hands is
-// held in place.
+// its splats from a snapshot. The result stays valid while frames continue, because clay far from
+// hands does not move.
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
@@ -48,7 +48,7 @@ std::vector<T> picked(const std::vector<T>& all, const std::vector<std::uint32_t
 // Guards the data that the thread writes and may reallocate.
 const LocalState& LocalClay::settled() const
 {
-    if (leaving()) throw std::logic_error("clay is on its way back");
+    if (leaving()) throw std::logic_error("cubes of clay are being frozen");
     return state_;
 }
 
@@ -68,7 +68,8 @@ std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, EditableSimulator& 
         return cubes.size();
     }
     on_way_back = std::move(cubes);
-    state_.slot_of.resize(moving.cloud().count(), -1);  // splats split or added since
+    state_.slot_of.resize(moving.cloud().count(), -1);  // entries for splats split or added since
+                                                        // the last update
     evicting = std::async(std::launch::async,
                           [this, of = &solver, then = solver.snapshot(), all = moving.shared(),
                            objects = std::move(objects)]() mutable {

@@ -19,7 +19,7 @@ SceneSplats::SceneSplats(const Scene& given, const std::vector<SplatObject>& obj
             around_hands =
                 std::make_unique<LocalClay>(scene, of.object, joined(objects, true), moving);
     refresh();
-    refresh();  // allocates both buffers before hands come
+    refresh();  // allocates both buffers before the first activation
 }
 
 void SceneSplats::refresh()

@@ -32,7 +32,8 @@ class FrameWriter {
     // fails.
     void add(const FrameResult& frame, const std::vector<Mesh>& meshes,
              const SplatCloud& splats = {}, const std::vector<Gaussian<double>>& gaussians = {});
-    // `asked`: polled while a picture is drawn or written; true aborts it with a PictureError.
+    // `asked`: polled while a picture is drawn or written; return true to abort it with a
+    // PictureError.
     void give_up_when(std::function<bool()> when)
     {
         give_up = when;

@@ -24,8 +24,8 @@ struct SplatsOptions {
     UpAxis up = UpAxis::minus_y;  // which axis of the file points up
     double size = 0;              // longest extent [m]
     double turn = 0;              // about the vertical, once upright [degrees]
-    // Above 0: local clay. Only near hands, material up to this depth below the surface [m] is
-    // simulated (host/paging/local_clay.h). 0: a solid, simulated as a whole.
+    // Above 0: local clay (host/paging/local_clay.h): only material near hands and at most this
+    // deep below the surface [m] is simulated. 0: the object is a solid, simulated as a whole.
     double depth = 0;
 };
 // Particles of an object of shape `splats`, in the simulation's frame. Made by
@@ -91,8 +91,8 @@ Scene read_scene(const std::string& path, const std::vector<std::string>& settin
 Scene parse_scene(const std::string& text, const std::string& path,
                   const std::vector<std::string>& settings = {});
 
-// Simulated time per frame [s]. With clock "paper" it is paper_substeps * paper_dt, while the hands
-// advance by 1 / frame_rate.
+// Simulated time per frame [s]: 1 / frame_rate, or paper_substeps * paper_dt with clock "paper".
+// The hands advance by 1 / frame_rate in both cases.
 double frame_duration(const Scene& scene);
 
 // Fills setup.particles, Gaussians, rig and tools from the objects and hands. Precondition: objects

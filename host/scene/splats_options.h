@@ -1,4 +1,4 @@
-// Scene keys of splats: photographed objects, and the upkeep of their splats.
+// Scene keys of splat objects and of the upkeep of their splats.
 #pragma once
 #include "host/base/json_reader.h"
 #include "host/scene/scene.h"

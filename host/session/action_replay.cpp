@@ -56,7 +56,7 @@ void ActionReplay::perform(const HandAction& action, int number, EditableSimulat
     const bool alike = move_alike(now, options);
     options = now;
     if (alike) return;
-    // The frames so far have consumed the hand frames up to the first one at or after their end.
+    // The frames so far have consumed all hand frames up to the first one at or after their end.
     double heard = -1;
     for (const HandFrame& frame : recording.frames) {
         if (number == 0 || heard >= number / rate - rounding) break;

@@ -11,12 +11,12 @@
 
 namespace knead {
 
-// How far a hand is closed: 0 flat, 1 a fist. 0 if its joints are not tracked.
+// Closure of a hand: 0 flat, 1 a fist; 0 if its joints are not tracked.
 float closure(const Hand& hand);
 
 class Carry {
   public:
-    static constexpr float closes = 0.7f, opens = 0.45f;  // closure where a fist begins, ends
+    static constexpr float closes = 0.7f, opens = 0.45f;  // closure at which a fist begins and ends
     static constexpr float reach = 0.08f;  // from the palm to the clay [m] of the user's size
 
     struct Answer {
@@ -24,7 +24,7 @@ class Carry {
         // then a shift.
         std::optional<int> category;
         RigidMotion<double> motion{};
-        double zoom = 1;      // divide the hands' zoom by this
+        double zoom = 1;      // factor by which to divide the zoom of the hands
         bool took = false;    // clay was grabbed in this frame
         bool let_go = false;  // clay was released in this frame
     };

@@ -88,7 +88,7 @@ bool SessionLoop::should_end(const FrameProgress& part)
     return ended || (options.should_cut && options.should_cut(part));
 }
 
-// Sets the end of a frame that was cut: its times, and the tools at them.
+// Corrects the result of a frame that was cut: its end times, and the tool poses at the end.
 void SessionLoop::shorten(FrameResult& f)
 {
     const double share = f.stats.reached / options.duration;
@@ -166,7 +166,7 @@ void SessionLoop::make_edits()
     renew_surfaces();
 }
 
-// Holds all surfaces until the end, so that memory exists for as many as are in use at a time.
+// Keeps all surfaces until the end, so that memory is allocated for as many as are in use at once.
 void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
                            const std::function<void()>& meanwhile)
 {
@@ -215,7 +215,7 @@ SharedParticles SessionLoop::particles()
     return state;
 }
 
-// After a frame without motion, the next most likely has none: no copy is kept.
+// After a frame without motion the next one is likely to have none: its surface is not queued.
 void SessionLoop::launch_surface(int frame)
 {
     if (!on_device) return;
@@ -225,7 +225,7 @@ void SessionLoop::launch_surface(int frame)
     launched = frame;
 }
 
-// Makes no surface if there is no clay.
+// Creates nothing if there is no clay.
 void SessionLoop::make_device_surface()
 {
     launched = -1;

@@ -39,14 +39,14 @@ struct SessionLoopOptions {
     std::vector<Material<double>> materials;  // for the surface
     SurfaceOptions surface{};
 };
-// The scene's clock, materials and surface.
+// Frame duration, frame rate, materials and surface options of the scene.
 SessionLoopOptions loop_options(const Scene& scene);
 
-// Wall time of the parts of a frame on the host [s]. `solver`: after submit_ahead() only the
-// time of submitting and of waiting for the end.
+// Wall time of the parts of a frame on the host [s]. `solver`: after submit_ahead(), the time to
+// submit the frame and to wait for its end.
 struct FrameTimes {
     double motion = 0, solver = 0, surface = 0;
-    double observers = 0;  // without the surfaces they request; complete after step()
+    double observers = 0;  // without the surfaces they request; set when step() returns
 };
 
 struct FrameResult {
@@ -66,7 +66,7 @@ using Meshes = std::shared_ptr<const std::vector<Mesh>>;
 using FrameObserver = std::function<void(const FrameResult&)>;
 using Edit = std::function<void(EditableSimulator&)>;
 
-// Whether the state is unsound: the guards put back more than 1 % of the particles in one frame.
+// Whether the state is invalid: the guards have reset more than 1 % of the particles in one frame.
 bool overrun(const FrameStats& stats, std::size_t particles);
 
 class SessionLoop {
@@ -75,20 +75,20 @@ class SessionLoop {
     SessionLoop(const SessionLoop&) = delete;
     ~SessionLoop() { solver.set_stop_check({}); }
 
-    // Adds a watcher. Watchers are called after every frame, in order of addition. Must not be
-    // called by a watcher.
+    // Adds an observer. Observers are called after each frame, in the order of addition, and must
+    // not call this function.
     void observe(FrameObserver observer) { observers.push_back(std::move(observer)); }
 
-    // Queues an edit. It is made once, with no frame in flight, before the motion of the next frame
-    // is sampled (of the frame after it, if the next one is already submitted).
+    // Queues an edit. It is applied once, with no frame in flight, before the motion of the next
+    // frame is sampled; if that frame is already submitted, before the frame after it.
     void edit(Edit edit) { edits.push_back(std::move(edit)); }
 
-    // Makes the queued edits now. Throws std::logic_error while a frame is in flight, or if the
+    // Applies the queued edits now. Throws std::logic_error while a frame is in flight, or if the
     // simulator is not editable.
     void make_edits();
 
-    // From now on each frame is submitted while the previous one is computed. Watchers still get
-    // statistics, but must not fetch the state, because its frame is undefined.
+    // From now on each frame is submitted while the previous one is computed. Observers receive
+    // statistics but must not fetch the state: the next frame may be in flight.
     void submit_ahead() { ahead = true; }
     // From now on the surface of each frame is queued behind it on the device, without waiting.
     // `kept`: keep it for device_mesh(), which then waits once. No effect on the CPU.
@@ -101,7 +101,7 @@ class SessionLoop {
     void rehearse(const std::vector<Motion>& frames, double duration,
                   const std::function<void()>& meanwhile);
 
-    // Must be called by a watcher that has added or removed clay. Throws std::logic_error while a
+    // Must be called by an observer that has added or removed clay. Throws std::logic_error while a
     // frame is in flight.
     void clay_edited();
     const std::vector<Material<double>>& materials() const { return options.materials; }
@@ -109,8 +109,8 @@ class SessionLoop {
     void set_surface(const SurfaceOptions& surface);
     const SurfaceOptions& surface_options() const { return options.surface; }
 
-    // Begins no further frame. Frames in flight end, and observers are called. Of several reasons
-    // the first is kept.
+    // Ends the loop: frames in flight are completed and observed, no further frame begins. The
+    // first reason is kept.
     void stop(End why = End::complete);
 
     // Computes one frame; false if none is left or the solver failed.
@@ -121,10 +121,10 @@ class SessionLoop {
         }
     }
 
-    const FrameResult& last() const { return newest; }  // the last that ended; number 0: none
+    const FrameResult& last() const { return newest; }  // the last completed frame; number 0: none
     End end() const { return ended.value_or(End::complete); }
-    // Exception of the solver that ended the loop, else null. Watchers were called for all frames
-    // before.
+    // Exception of the solver that ended the loop; null: none. Observers were called for all frames
+    // before it.
     std::exception_ptr failure() const { return failed; }
 
     // The functions below throw std::logic_error while a frame is in flight.
@@ -161,7 +161,7 @@ class SessionLoop {
     FrameResult in_flight[2];  // frames in flight, alternating
     FrameResult newest;        // the last that ended
     int begun = 0, done = 0;   // frames
-    double lost = 0;           // simulated time dropped by cuts [s]
+    double lost = 0;           // simulated time dropped by frames that were cut [s]
     bool ahead = false, launching = false, keeping = false;
     int launched = -1;            // the frame whose kept surface was launched
     std::optional<double> began;  // wall time of the first frame [s]
@@ -172,7 +172,7 @@ class SessionLoop {
     Meshes last_meshes;     // null: none
     SurfacePast past;       // of surfaces computed on the host
     std::shared_ptr<const DeviceMesh> last_on_device;
-    long moved = 0, moved_on_device = 0;  // particle-substeps since the surfaces were computed
+    long moved = 0, moved_on_device = 0;  // particle-substeps since the surface was computed
     std::unique_ptr<GpuSurface> on_device;
 };
 

@@ -9,7 +9,7 @@
 
 namespace knead {
 
-// Destinations: --out and --record.
+// Output destinations: the options --out and --record.
 struct LiveOutputs {
     std::string out;     // folder: hands.hands, mesh.glb and the report; "": none
     std::string record;  // .hands or .jsonl; "": none

@@ -36,7 +36,7 @@ struct FrontSizes {
 SceneOptions default_options(int cells);
 
 // A scene whose reference is its own result on the finest cells with default settings; off(a, b) is
-// the distance of two results [m]. A quick run has 16 and `second` cells/m.
+// the distance between two results [m]. A quick run has 16 and `second` cells/m.
 template <class Run, class Off>
 FrontScene against_finest(const Verification& v, std::string name, const std::string& what,
                           int quick_finest, int second, Run run, Off off)

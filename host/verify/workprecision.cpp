@@ -1,5 +1,6 @@
 // workprecision: error against run time over cells, substep, particles and precision, for scenes
-// with a measure each (front.h). The front are the settings that no other beats in both.
+// with a measure each (front.h). The Pareto front contains the settings that no other setting beats
+// in both.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -12,7 +12,7 @@ namespace knead {
 
 class HeadsetFeel {
   public:
-    // `audible`: open a sound device; if that fails, `tell` is called with the reason.
+    // `audible`: open a sound device; on failure `tell` is called with the reason.
     HeadsetFeel(bool audible, const std::function<void(const std::string&)>& notify);
     // Plays the feedback for the newest state. `strength`: vibration per side, 0 to 1.
     void frame(const HeadsetViews& sight, const LiveState& state, HeadsetHands& hands,

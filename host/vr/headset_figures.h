@@ -14,7 +14,7 @@ struct FrameParts {
     double draw = 0;
     double submit = 0;
     double period = 0;      // of the display
-    double interval = 0;    // from the display time of the frame before; 0: it was not shown
+    double interval = 0;    // from the display time of the previous frame; 0: it was not displayed
     double left = -1;       // from submission to the deadline; negative: unknown
     double latency = -1;    // from the hand's sample to the frame that shows its effect; negative:
                             // no simulation

@@ -56,8 +56,8 @@ void HeadsetLoop::open()
     live->settle();
     floor = headset->facts().floor;
     if (floor == Floor::standing) {
-        // A workplace given above the floor is used at first; without one, and later, it is placed
-        // relative to the head.
+        // A workplace given relative to the floor is used at the start; otherwise, and later, it is
+        // placed relative to the head.
         place_anew = !(options.workplace.at.y > 0);
         if (!place_anew) options.workplace = {};
     }
@@ -184,7 +184,8 @@ void HeadsetLoop::follow_history()
     holding = false, hold = {};
 }
 
-// Drawn hands always follow tracking; the simulation receives hands only while time advances.
+// The drawn hands always follow the tracker; the simulation receives hands only while simulated
+// time advances.
 void HeadsetLoop::push(HandFrame given, bool runs, double now)
 {
     if (anew) given.hand[left].tracked = given.hand[right].tracked = false;

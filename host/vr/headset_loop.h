@@ -26,9 +26,9 @@ struct HeadsetLoopOptions {
     bool panel = true;
     std::string scene;                  // path; the panel lists the scenes of its folder
     std::vector<std::string> settings;  // --set, for all scenes
-    int frames = 0;         // number of display frames, paused ones not counted; 0: no limit
-    double nearest = 0.05;  // near plane [m]
-    int samples = 0;        // per pixel; 0: 1 on a CPU; on a GPU 4, or 1 if that is too slow
+    int frames = 0;                     // display frames to draw, without paused ones; 0: no limit
+    double nearest = 0.05;              // near plane [m]
+    int samples = 0;  // per pixel; 0: 1 on a CPU; on a GPU 4, or 1 if that is too slow
     // Real time: lower limit of the linear resolution scale, which is reduced if drawing is too
     // slow.
     double least_scale = 0.5;
@@ -54,11 +54,11 @@ struct HeadsetEnd {
     double rate = 0;                         // of the display [1/s]; 0: unknown
     double length = 0;                       // of the session, from its first frame [s]
     long particles = 0;
-    long drawn = 0;       // pairs of eyes
+    long drawn = 0;       // display frames drawn, both eyes each
     int gl_errors = 0;    // raised by the project's drawing
     int stray = 0;        // GL errors left by the runtime
     int renewals = 0;     // sessions lost and recreated
-    double left_out = 0;  // stepped: display time that was not simulated [s]
+    double left_out = 0;  // stepped time: display time that was not simulated [s]
     bool shared = false;  // clay and splats reach OpenGL without a copy through the host
 };
 
@@ -79,8 +79,8 @@ class HeadsetSession {
     // Call once; ends simulation and recording. `reason`: default for HeadsetEnd::reason.
     virtual HeadsetEnd results(const std::string& reason) = 0;
     virtual void close() = 0;
-    // Whether a response of the runtime was expected in the last round: a visible frame, a new
-    // session, or the end of the session.
+    // Whether the loop depends on the runtime: the session is visible, is being recreated or is
+    // ending. Only then does a call that does not return count as a lost runtime.
     virtual bool awaited() const = 0;
 };
 

@@ -64,10 +64,11 @@ class HeadsetLoop : public HeadsetSession {
     Workplace workplace;
     HeadsetEnd end;
     FrameTiming tick;
-    bool ran = false;         // time advanced in the frame before
+    bool ran = false;         // simulated time advanced in the previous frame
     bool pictured = false;    // a frame was submitted since the OpenXR session began
     bool started = false;     // the simulation was started
-    double last_shown = -1;   // FrameTiming::time of the frame before [s]; negative: not shown
+    double last_shown = -1;   // FrameTiming::time of the previous frame [s]; negative: it was not
+                              // displayed
     double began = -1;        // wall time of the first frame [s]; negative: none yet
     bool anew = false;        // restart the hand filter with the next frame
     bool place_anew = false;  // move the clay before the head, once that is located
@@ -86,7 +87,7 @@ class HeadsetLoop : public HeadsetSession {
     Carry hold;
     bool holding = false;  // hands carry clay instead of shaping it
     int panel_age = 0;     // frames since it was painted; 0: repaint
-    std::string undrawn;   // why drawing failed; "": it did not
+    std::string undrawn;   // reason of the last drawing failure; "": none
     HeadsetNotices notices;
     HeadsetFeel felt;
 };
