@@ -26,7 +26,7 @@ void check(const FillOptions& options)
         !(options.per_cell <= 1000) || !(options.interior_spacing >= 0) || !(options.bury >= 0) ||
         options.solid.max_cells < 8 || options.solid.max_cells > 320 ||
         options.solid.directions < 6)
-        throw std::invalid_argument("fill: a rule out of range");
+        throw std::invalid_argument("fill: an option is out of range");
 }
 
 void check_bytes(const FillOptions& options, double bytes, const char* of)
@@ -71,7 +71,7 @@ Strata strata_over(const Grid& grid, double h)
     for (double end : {from.x, from.y, from.z, to.x, to.y, to.z})
         if (!(std::abs(end) < max_strata))
             throw InputError(fmt::format(
-                "expected an object near the origin, of cells that fit its size, found it {:.3g} "
+                "expected an object near the origin, relative to the cell size, found it {:.3g} "
                 "particles away",
                 std::abs(end)));
     Strata s{h, {}, {}, {}, {}};
@@ -82,7 +82,7 @@ Strata strata_over(const Grid& grid, double h)
         edge(s.low.x, s.high.x) * edge(s.low.y, s.high.y) * edge(s.low.z, s.high.z);
     if (count > 4e9)
         throw MemoryError(fmt::format(
-            "expected cells that fit the object's size, found {:.3g} in its box", count));
+            "expected a cell size suited to the object, found {:.3g} strata in its box", count));
     return s;
 }
 

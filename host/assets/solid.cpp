@@ -310,7 +310,7 @@ bool Solid::visible(Vec3<double> x) const
 
 Solid find_solid(const SplatCloud& cloud, const Indices& kept, const SolidOptions& options)
 {
-    if (kept.empty()) throw InputError("expected splats that make up an object, found none");
+    if (kept.empty()) throw InputError("expected splats of an object, found none");
     const Box box = box_of(cloud, kept);
     if (!(box.longest() > 0) || !std::isfinite(box.longest()))
         throw InputError("expected splats that make up an object, found all of them in one point");

@@ -79,7 +79,7 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
     const Vec3<double> size = box.size();
     const double longest = max(size.x, max(size.y, size.z));
     if (!(longest > 0))
-        throw InputError("expected splats that make up an object, found none, or all in one place");
+        throw InputError("expected splats of an object, found none, or all at one point");
     const double scale = o.splats.size / longest;
     if (o.local()) {
         o.size = scale * size;

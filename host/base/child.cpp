@@ -44,9 +44,9 @@ int output_of(const std::vector<std::string>& words, std::string& said, double l
     int ends[2];
     // O_CLOEXEC: children started by other threads must not inherit it, or the pipe would stay
     // open.
-    if (pipe2(ends, O_CLOEXEC) != 0) throw ResourceError("no pipe to another program");
+    if (pipe2(ends, O_CLOEXEC) != 0) throw ResourceError("no pipe to a child process");
     const pid_t child = fork();
-    if (child < 0) throw ResourceError("no process for another program");
+    if (child < 0) throw ResourceError("no child process");
     if (child == 0) {
         dup2(ends[1], 1);
         execvp(arguments[0], arguments.data());

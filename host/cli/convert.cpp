@@ -46,7 +46,7 @@ void convert_splats(const ConvertOptions& o)
                         "finite, {} without a rotation",
                         r.dropped(), r.not_finite, r.no_rotation));
     if (r.mirrored)
-        say(fmt::format("{} splats with a scale below 0: its sign is gone", r.mirrored));
+        say(fmt::format("{} splats with a negative half axis: the sign is dropped", r.mirrored));
     if (r.degree_left_out) say("harmonics above degree 3 are left out");
     if (file.cloud.degree > 0 && ending(o.out) == ".splat")
         say("harmonics above degree 0 are left out: .splat has no room for them");

@@ -43,7 +43,7 @@ std::string first_comment(const std::string& text)
 void list_scenes()
 {
     const std::vector<std::string> names = shipped_scenes();
-    if (names.empty()) throw InputError("the scenes that come with the program are not there");
+    if (names.empty()) throw InputError("the bundled scenes are missing");
     for (const std::string& name : names)
         print(fmt::format(
             "{:<16} {}\n", name,

@@ -98,13 +98,12 @@ void add_render(CLI::App& app, Verb& chosen)
     render->add_option("--rate", o.rate, "Frames per second of the video")
         ->capture_default_str()
         ->check(between(1, 240));
-    render->add_option("--path", o.path,
-                       "File of the places that the camera passes (knead.path/1)");
-    render->add_option("--eye", o.eye, "x,y,z: where it is seen from [m]; otherwise from before");
-    render->add_option("--at", o.at, "x,y,z: what is looked at [m]; otherwise the middle");
+    render->add_option("--path", o.path, "File of camera keys (knead.path/1)");
+    render->add_option("--eye", o.eye, "x,y,z: position of the camera [m]; default: in front");
+    render->add_option("--at", o.at, "x,y,z: target of the camera [m]; default: the centre");
     render->add_option("--up", o.up, "The axis that points upwards: x, y, z or =-x, =-y, =-z")
         ->capture_default_str();
-    render->add_option("--fov", o.field, "From side to side [degrees]")
+    render->add_option("--fov", o.field, "Horizontal field of view [degrees]")
         ->capture_default_str()
         ->check(between(1, 170));
     render
@@ -128,9 +127,9 @@ void add_doctor(CLI::App& app, Verb& chosen)
 {
     static DoctorOptions o;
     CLI::App* doctor = app.add_subcommand(
-        "doctor", "Say what is here, what is missing, and what killed programs left");
+        "doctor", "Report what is installed, what is missing, and leftovers of killed programs");
     doctor->add_option("FOLDER", o.folders,
-                       "Where leftovers are looked for; if none is given, here");
+                       "Folders to search for leftovers; default: the working directory");
     doctor->add_flag("--json", o.json, "JSON on stdout");
     doctor->callback([&chosen] { chosen = [] { return doctor_verb(o); }; });
 }
@@ -147,13 +146,13 @@ void add_bench(CLI::App& app, Verb& chosen)
     bench->add_option("--out", o.out,
                       "Folder for results; profiling/results/<device> if not given");
     bench->add_flag("--overwrite", o.overwrite, "Replace results that are there");
-    bench->add_flag("--quick", o.quick, "Few frames, small sizes: to see that it works");
+    bench->add_flag("--quick", o.quick, "Few frames and small sizes, as a functional test");
     bench->add_flag("--peers", o.peers, "Other implementations too, on one scene");
     bench->add_option(
         "--data", o.data,
         "Folder of plot.py, peers.json, targets.json and peers/; otherwise those that "
         "came with the program");
-    bench->add_option("--scene", o.scene, "The squeeze that is varied")->capture_default_str();
+    bench->add_option("--scene", o.scene, "Scene to vary")->capture_default_str();
     bench->add_flag("--count", o.count,
                     "Instructions and bytes, too, by the GPU's counters (needs CUPTI)");
     bench->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
@@ -161,7 +160,7 @@ void add_bench(CLI::App& app, Verb& chosen)
         ->check(between(0, longest));
     bench->add_option("--max-memory", o.max_memory, "MiB of the host; 0: what is free")
         ->check(between(0, most_memory));
-    bench->add_option("--max-particles", o.max_particles, "Where the suite scale ends")
+    bench->add_option("--max-particles", o.max_particles, "Largest size of the suite scale")
         ->check(between(1e3, 2e8));
     bench->add_flag("--json", o.json, "The results on stdout as JSON");
     bench->add_flag("-q,--quiet", o.quiet, "No progress");
@@ -178,7 +177,7 @@ void add_verify(CLI::App& app, Verb& chosen)
     verify->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or reference")
         ->capture_default_str();
     verify->add_option("--only", o.only, "Parts whose name contains this");
-    verify->add_option("--case", o.one, "One case of the stability suite alone, told as JSON");
+    verify->add_option("--case", o.one, "Run one case of the stability suite and print it as JSON");
     verify->add_option("--out", o.out, "Folder for verify.json, verify.csv, report.md, pictures");
     verify->add_option("--data", o.data,
                        "Folder of plot_verify.py and known.json; otherwise the program's");

@@ -93,8 +93,8 @@ void add_run(CLI::App& app, Verb& chosen)
     run->add_option("--frames", o.frames, "Stop after N frames")->check(CLI::Range(1, 10000000));
     run->add_option("--out", o.out, "Folder for report.json, frames.csv, mesh, pictures");
     run->add_flag("--overwrite", o.overwrite, "Replace results that are there");
-    run->add_flag("--deterministic", o.deterministic, "The same bits on every run");
-    run->add_option("--seed", o.seed, "Of the particles' places and of gestures")
+    run->add_flag("--deterministic", o.deterministic, "Bitwise reproducible results");
+    run->add_option("--seed", o.seed, "Seed of particle positions and gestures")
         ->check(CLI::Range(0, 2147483647));
     run->add_option("--max-memory", o.max_memory, "MiB that a run may take; 0: what is free")
         ->check(between(0, most_memory));
@@ -102,7 +102,7 @@ void add_run(CLI::App& app, Verb& chosen)
         ->check(CLI::Range(1, 10000000));
     add_results(run, o);
     CLI::Option* resume =
-        run->add_option("--resume", o.resume, "Go on with the run that was ended in this folder");
+        run->add_option("--resume", o.resume, "Resume the interrupted run in this folder");
     for (CLI::Option* other : run->get_options())
         if (other != resume && other != run->get_help_ptr()) resume->excludes(other);
     run->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
@@ -129,7 +129,7 @@ void add_record(CLI::App& app, Verb& chosen)
         app.add_subcommand("record", "Write the hands of a scripted gesture to a file");
     record->add_option("GESTURE", o.gesture, "squeeze, imprint, poke, cut, ...");
     record->add_option("OUT", o.out, "File ending in .hands or .jsonl");
-    record->add_flag("--live", o.live, "Says how hands in a headset are recorded");
+    record->add_flag("--live", o.live, "Explain how to record hands in a headset");
     record->add_option("--rate", o.rate, "Frames per second")->capture_default_str();
     record->add_option("--seconds", o.seconds, "Length; 0: the gesture's own");
     record->add_option("--radius", o.radius, "Of the ball that is shaped [m]")
@@ -202,7 +202,7 @@ void add_vr(CLI::App& app, Verb& chosen)
 void add_view(CLI::App& app, Verb& chosen)
 {
     static ViewOptions o;
-    CLI::App* view = app.add_subcommand("view", "A window in which a scene lives and is shaped");
+    CLI::App* view = app.add_subcommand("view", "Shape a scene's clay in a window");
     view->add_option("SCENE", o.scene, "Scene (.json)")->required();
     view->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
         ->capture_default_str();
@@ -217,7 +217,8 @@ void add_view(CLI::App& app, Verb& chosen)
         ->check(CLI::Range(1, 10000000));
     view->add_option("--screenshot", o.screenshot, "Picture (.png) of the last frame")
         ->needs("--frames");
-    view->add_option("--script", o.script, "Mouse and keys from a file; a frame a frame");
+    view->add_option("--script", o.script,
+                     "Mouse and key events from a file; each drawn frame simulates one frame");
     view->add_option("--out", o.out, "Folder for view.json, mesh.glb and hands.hands");
     view->add_option("--record", o.record, "The hands, to a file ending in .hands or .jsonl");
     view->add_flag("--paused", o.paused, "Begins paused");

@@ -311,7 +311,7 @@ int render_verb(const RenderOptions& o)
         throw UsageError("--video: of splats it needs --orbit FRAMES or --path FILE");
     const Device device = resolved(parse_device(o.device));
     if (o.foveate > 0 && device.kind == DeviceKind::cpu_double)
-        throw UsageError("--foveate: the exact picture of cpu:double has every pixel");
+        throw UsageError("--foveate: not available with cpu:double, which draws every pixel");
     SplatCloud cloud = read_all(o.files, o.quiet);
     sort_by_place(cloud);
     const Path path = path_of(o, cloud);

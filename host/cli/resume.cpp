@@ -31,7 +31,7 @@ std::string from_anywhere(const std::string& path)
 void check_same(const std::string& path, const std::string& hash)
 {
     if (file_hash(path) != hash)
-        throw InputError(path + ": expected the file that the run began with, found " +
+        throw InputError(path + ": expected the unchanged file of the run, found " +
                          (fs::exists(path) ? "another" : "none"));
 }
 
@@ -54,7 +54,7 @@ void check_splats(const RunOptions& o, const std::vector<std::string>& hashes)
 {
     if (hashes.empty()) return;
     if (splat_hashes(read_scene(o.scene, o.settings)) != hashes)
-        throw InputError(o.scene + ": expected the files of splats that the run began with");
+        throw InputError(o.scene + ": expected the unchanged splat files of the run");
 }
 
 // Materials of objects that were activated around the hands; frozen ones get an empty material.

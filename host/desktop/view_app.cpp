@@ -187,7 +187,7 @@ void ViewApp::follow_history()
 void ViewApp::reopen()
 {
     const double now = options.scripted ? window_time : wall_seconds();
-    if (losses.too_many(now)) throw DeviceLost("the OpenGL context was lost again and again");
+    if (losses.too_many(now)) throw DeviceLost("the OpenGL context was lost too often");
     const int width = std::max(window->width(), 64), height = std::max(window->height(), 64);
     painter.reset(), coarse.reset();
     still.forget();
@@ -195,7 +195,7 @@ void ViewApp::reopen()
     window = Window::open("Knead", width, height);
     painter = EyePainter::open(samples_for(*window));
     coarse = CoarsePicture::open();
-    panels.model.note("The OpenGL context was lost, and made anew.");
+    panels.model.note("The OpenGL context was lost and has been created again.");
 }
 
 void ViewApp::apply(PanelRequests asks)
@@ -242,8 +242,8 @@ void ViewApp::discard(Discard what)
     const std::string act =
         what.reset ? "Reset" : "Open \"" + panels.model.scenes.at(std::size_t(what.load)) + "\"";
     panels.model.question = act +
-                            "? The clay that you shaped will be lost. The same once more "
-                            "confirms it.";
+                            "? The shaped clay will be lost. Repeat the command "
+                            "to confirm.";
     pending = what;
     pending.until = window_time + patience;
     panels.show_scene(*state);

@@ -25,7 +25,7 @@ std::string free_name(const std::string& end)
         std::string name = fmt::format("knead_{:04}{}", i, end);
         if (!fs::exists(name)) return name;
     }
-    throw OutputError("knead_9999" + end + ": all numbers before it are taken, too");
+    throw OutputError("knead_9999" + end + ": no unused file name is left");
 }
 
 }  // namespace
@@ -200,10 +200,10 @@ void ViewApp::tell_facts()
                                     state->backlog.behind, state->backlog.frames));
     if (pace.scale() < 0.99 && !still.whole())
         facts.push_back(
-            fmt::format("drawn by {:.0f} % of the pixels a side, to keep up", 100 * pace.scale()));
+            fmt::format("picture at {:.0f} % resolution, to keep up", 100 * pace.scale()));
     if (splats && splats->scale() < 0.99)
-        facts.push_back(fmt::format("splats by {:.0f} % of the pixels a side, to keep up",
-                                    100 * splats->scale()));
+        facts.push_back(
+            fmt::format("splats at {:.0f} % resolution, to keep up", 100 * splats->scale()));
 }
 
 }  // namespace knead

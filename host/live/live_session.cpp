@@ -306,7 +306,7 @@ void LiveSession::set_hands(const HandsOptions& hands)
     action.hands = hands;
     record_action(action, ActionType::hands);
     post([this, hands] {
-        if (!run) throw std::invalid_argument("there is no simulation that has tools");
+        if (!run) throw std::invalid_argument("there is no simulation with tools");
         run->set_hands(hands);
     });
 }
@@ -315,7 +315,7 @@ void LiveSession::play(bool recorded)
 {
     post([this, recorded] {
         if (run) return run->play(recorded);
-        if (recorded) throw std::invalid_argument("there is no simulation that hands could move");
+        if (recorded) throw std::invalid_argument("there is no simulation for hands to act on");
     });
 }
 
@@ -330,7 +330,7 @@ void LiveSession::set_gravity(Vec3<double> gravity)
 void LiveSession::set_surface(int nodes)
 {
     post([this, nodes] {
-        if (!run) throw std::invalid_argument("there is no simulation that has a surface");
+        if (!run) throw std::invalid_argument("there is no simulation with a surface");
         run->set_surface(nodes);
     });
 }
@@ -381,8 +381,7 @@ ClayDigest LiveSession::digest()
 
 void LiveSession::advance_to(double time)
 {
-    if (!options.stepped)
-        throw std::logic_error("a session in real time does not take the time from its caller");
+    if (!options.stepped) throw std::logic_error("advance_to() of a session in real time");
     post([this, time] {
         constexpr double rounding = 1e-9;  // [s]
         while (run && trouble.empty() && (!paused || steps > 0) && !quit && !stopped() &&

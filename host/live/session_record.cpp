@@ -26,7 +26,7 @@ bool SessionRecord::frame(HandFrame given, double now)
     given.time = now - began;
     if (!kept.empty() && !(given.time > kept.back().time)) return false;
     if (kept.size() >= longest_recording && !hands_full)
-        notify("an hour of hands was recorded; what follows is not");
+        notify("the recording has reached one hour; the rest is not recorded");
     hands_full = kept.size() >= longest_recording;
     if (hands_full) kept.pop_back();
     kept.push_back(given);
@@ -38,7 +38,8 @@ void SessionRecord::act(HandAction done)
     std::vector<HandAction>& all = actions.all;
     done.time = std::max(all.empty() ? 0.0 : all.back().time, done_to - began);
     if (all.size() < most_actions) return all.push_back(done);
-    if (!actions_full) notify("so much was done beside the hands that no more of it is recorded");
+    if (!actions_full)
+        notify("the limit of recorded actions is reached; further ones are not recorded");
     actions_full = true;
 }
 

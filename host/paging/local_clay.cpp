@@ -44,7 +44,8 @@ LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep&
     state_.objects = int(scene.setup.materials.size());
     if (moving.cloud().count() == 0) moving.change().cloud.degree = state_.cloud.degree;
     if (moving.cloud().degree != state_.cloud.degree)
-        throw std::invalid_argument("splats that move and splats that stand, of other harmonics");
+        throw std::invalid_argument(
+            "local clay: moving and frozen splats have harmonics of different degree");
     moving.expect(state_.cloud.count());
     moving.refill_below(int(scene.setup.materials.size()));
     for (std::size_t i = 0; i < state_.cloud.count(); ++i) put(std::uint32_t(i));
@@ -271,7 +272,7 @@ void LocalClay::set_state(LocalState state)
     check(state);
     if (leaving()) evicting.get();
     if (state.cloud.degree != state_.cloud.degree)
-        throw std::invalid_argument("splats that stand, of other harmonics");
+        throw std::invalid_argument("local clay: the state has harmonics of another degree");
     state_ = std::move(state);
     standing.clear();
     for (std::size_t i = 0; i < state_.cloud.count(); ++i) put(std::uint32_t(i));

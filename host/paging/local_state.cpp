@@ -7,7 +7,7 @@ namespace knead {
 void check(const LocalState& s)
 {
     const auto require = [](bool fact) {
-        if (!fact) throw std::invalid_argument("the state of local clay is not whole");
+        if (!fact) throw std::invalid_argument("the state of local clay is inconsistent");
     };
     const std::size_t count = s.cloud.count();
     require(s.active.size() == count && s.normal.size() == count && s.objects >= 0);

@@ -77,7 +77,7 @@ void soften(Scene& scene)
     if (scene.setup.step.fixed > 0)
         throw InputError(scene.path +
                          ": /step/soften_beyond: expected no step.fixed and not the clock "
-                         "\"paper\" beside it, which say how long substeps are");
+                         "\"paper\", which fix the length of substeps");
     for (Object& o : scene.objects) {
         o.softer = softening(scene, o.material);
         if (o.softer == 1) continue;
@@ -109,7 +109,7 @@ std::string softened_text(const Scene& scene, const Object& o)
         text += fmt::format("; it yields at the same stress, a strain of {} instead of {}",
                             share(strain), share(strain / o.softer));
     if (m.plasticity == Plasticity::clamp)
-        text += "; it is packed and torn at the same strains, by as many times less stress";
+        text += "; its critical strains are unchanged, the stresses smaller by the same factor";
     const double sag = m.density * length(scene.setup.gravity) * o.size.y / modulus;
     if (sag > 0.01)
         text += fmt::format("; under its own weight its lowest part is strained by {}", share(sag));

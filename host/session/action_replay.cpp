@@ -75,8 +75,9 @@ void ActionReplay::before_frame(int number, SessionLoop& loop, SceneSplats& spla
                 try {
                     perform(action, number, solver, splats);
                 } catch (const std::exception& e) {
-                    refused(fmt::format("what was done at {:.6g} s is refused, as it was then: {}",
-                                        action.time, e.what()));
+                    refused(fmt::format(
+                        "the action at {:.6g} s is refused, as in the recorded session: {}",
+                        action.time, e.what()));
                 }
             });
 }

@@ -43,7 +43,7 @@ std::unique_ptr<Simulator> make_solver(const Setup& setup, Device device)
         if (chosen.kind == DeviceKind::cpu_double) return std::make_unique<Reference>(setup);
         return cpu_solver(setup);
     } catch (const std::bad_alloc&) {
-        throw ResourceError("the solver needs more memory than there is");
+        throw ResourceError("the solver needs more memory than is available");
     } catch (const std::runtime_error& e) {
         throw ResourceError(std::string("the solver cannot start: ") + e.what());
     }

@@ -160,7 +160,7 @@ void SessionLoop::notify_observers()
 void SessionLoop::make_edits()
 {
     if (edits.empty()) return;
-    if (begun > done) throw std::logic_error("an edit was to be made with a frame under way");
+    if (begun > done) throw std::logic_error("edit while a frame is in flight");
     for (const Edit& edit : std::exchange(edits, {})) edit(editable());
     options.materials = editable().config().materials;  // edits may have added some
     renew_surfaces();
@@ -170,7 +170,7 @@ void SessionLoop::make_edits()
 void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
                            const std::function<void()>& meanwhile)
 {
-    if (begun > done) throw std::logic_error("a frame was to be rehearsed with one under way");
+    if (begun > done) throw std::logic_error("warm-up while a frame is in flight");
     const std::shared_ptr<const Snapshot> before = editable().snapshot();
     std::vector<std::shared_ptr<const DeviceMesh>> held;
     const bool keeps = launching && keeping && on_device;
@@ -194,14 +194,15 @@ void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
 
 void SessionLoop::clay_edited()
 {
-    if (begun > done) throw std::logic_error("clay was edited with a frame under way");
+    if (begun > done) throw std::logic_error("clay was edited while a frame is in flight");
     options.materials = editable().config().materials;
     renew_surfaces();
 }
 
 void SessionLoop::set_surface(const SurfaceOptions& surface)
 {
-    if (begun > done) throw std::logic_error("a surface was changed with a frame under way");
+    if (begun > done)
+        throw std::logic_error("surface options were changed while a frame is in flight");
     options.surface = surface;
     last_meshes.reset(), last_on_device.reset(), on_device.reset(), launched = -1;
     past = {};
@@ -210,7 +211,7 @@ void SessionLoop::set_surface(const SurfaceOptions& surface)
 
 SharedParticles SessionLoop::particles()
 {
-    if (begun > done) throw std::logic_error("the state was asked for with a frame under way");
+    if (begun > done) throw std::logic_error("the state was requested while a frame is in flight");
     if (!state) state = std::make_shared<const std::vector<Particle<double>>>(solver.particles());
     return state;
 }
@@ -247,7 +248,7 @@ void SessionLoop::renew_surfaces()
 
 std::shared_ptr<const DeviceMesh> SessionLoop::device_mesh()
 {
-    if (begun > done) throw std::logic_error("a surface was asked for with a frame under way");
+    if (begun > done) throw std::logic_error("a surface was requested while a frame is in flight");
     const gpu::Clay* clay = solver.clay();
     if (!clay || (last_on_device && moved_on_device == 0)) return last_on_device;
     const double start = wall_seconds();
@@ -262,7 +263,7 @@ std::shared_ptr<const DeviceMesh> SessionLoop::device_mesh()
 
 Meshes SessionLoop::meshes()
 {
-    if (begun > done) throw std::logic_error("a surface was asked for with a frame under way");
+    if (begun > done) throw std::logic_error("a surface was requested while a frame is in flight");
     if (meshes_stand()) return last_meshes;
     const double start = wall_seconds();
     std::vector<Mesh> made;

@@ -27,7 +27,7 @@ void SharedMesh::copy(const DeviceMesh& mesh)
 {
     const SurfaceRoom room = mesh.room();
     if (room.vertices != layout_.room.vertices || room.triangles != layout_.room.triangles)
-        throw std::invalid_argument("a mesh that the buffer was not made for");
+        throw std::invalid_argument("the mesh does not match the buffer's layout");
     check(cudaSetDevice(state->device), "device");
     const KeptMesh& from = mesh.kept();
     cudaGraphicsResource_t resource = state->buffer;

@@ -79,7 +79,7 @@ MovedSplats SharedSplats::State::moved(const SplatFrame& frame)
 {
     const std::size_t n = frame.moved_centre.size(), each = 12;
     if (frame.moved_F.size() != n)
-        throw std::invalid_argument("splats: not a deformation for every splat moved");
+        throw std::invalid_argument("splats: expected a deformation for each moved splat");
     if (n == 0) return {};
     wait(copied, "splats");
     if (!staged || staged->size() < each * n) {

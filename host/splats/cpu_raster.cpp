@@ -160,16 +160,16 @@ void check_frame(const SplatCloud& cloud, const SplatFrame& frame)
     if (cloud.rotation.size() != n || cloud.scale.size() != n || cloud.opacity.size() != n ||
         cloud.degree < 0 || cloud.degree > max_sh_degree ||
         cloud.sh.size() != n * std::size_t(harmonics(cloud.degree)))
-        refuse("a cloud whose arrays do not belong together");
+        refuse("a cloud with arrays of different length");
     if (n > std::size_t(1) << 28) refuse("more than 2^28 splats");
-    if (frame.eyes.empty() || frame.eyes.size() > 2) refuse("neither one eye nor two");
+    if (frame.eyes.empty() || frame.eyes.size() > 2) refuse("expected one or two eyes");
     for (const Eye<float>& e : frame.eyes)
-        if (!valid(e)) refuse("an eye that cannot see");
+        if (!valid(e)) refuse("an eye with an invalid frustum or size");
     const SplatOptions<float>& r = frame.options;
     if (!(r.near > 0) || !(r.near_full >= r.near) || !(r.near_full < 1e9f))
         refuse("expected 0 < near <= near_full");
     if (!frame.behind.empty() && frame.behind.size() != frame.eyes.size())
-        refuse("not a backdrop for each eye");
+        refuse("expected a backdrop for each eye");
     for (std::size_t e = 0; e < frame.behind.size(); ++e) {
         const Backdrop& b = frame.behind[e];
         const std::size_t pixels =
@@ -178,21 +178,21 @@ void check_frame(const SplatCloud& cloud, const SplatFrame& frame)
             refuse("a backdrop of another size than the eye's picture");
     }
     if (!frame.hidden.empty() && frame.hidden.size() != frame.eyes.size())
-        refuse("hidden tiles not of each eye");
+        refuse("expected hidden tiles for each eye");
     for (std::size_t e = 0; e < frame.hidden.size(); ++e) {
         const auto along = [](int pixels) { return std::size_t((pixels + tile - 1) / tile); };
         const std::size_t tiles = along(frame.eyes[e].width) * along(frame.eyes[e].height);
         if (!frame.hidden[e].empty() && frame.hidden[e].size() != tiles)
-            refuse("hidden tiles of another picture");
+            refuse("hidden tiles of a picture of another size");
     }
     if (!frame.fovea.empty() && frame.fovea.size() != frame.eyes.size())
-        refuse("not a fovea for each eye");
+        refuse("expected a fovea for each eye");
     for (const Fovea<float>& f : frame.fovea)
         if (!(std::fabs(f.x) < 1000 && std::fabs(f.y) < 1000 && f.fine >= 0 &&
               f.middling >= f.fine && f.middling <= 1e9f))
             refuse("expected a fovea with 0 <= fine <= middling");
     if (frame.moved_centre.size() != frame.moved_F.size() || frame.moved_centre.size() > n)
-        refuse("more splats moved than there are");
+        refuse("more moved splats than splats");
 }
 
 namespace {

@@ -210,7 +210,7 @@ bool GpuRaster::serves(const SplatCloud& cloud) const
 // out.
 void GpuRaster::prepare(const SplatCloud& cloud)
 {
-    if (!serves(cloud)) throw std::invalid_argument("splats: there is not room for so many");
+    if (!serves(cloud)) throw std::invalid_argument("splats: the capacity is exceeded");
     check(cudaSetDevice(state->device), "device");
     check(cudaStreamWaitEvent(state->loading, state->launched, 0), "splats");
     state->prepared.fill(cloud, std::size_t(state->store.view.count), state->loading);
@@ -233,7 +233,7 @@ std::vector<Picture> GpuRaster::pictures(const SplatFrame& frame)
         return still;
     }());
     if (frame.moved_centre.size() != frame.moved_F.size())
-        throw std::invalid_argument("splats: not a deformation for every splat moved");
+        throw std::invalid_argument("splats: expected a deformation for each moved splat");
     check(cudaSetDevice(state->device), "device");
     state->take_pictures(frame);
     const std::size_t needed = state->stats().instances;

@@ -150,9 +150,9 @@ void HeadsetEyes::Parts::choose()
 {
     double takes = seconds_of_empty_eyes();
     if (takes > options.budget && options.samples > 1) {
-        message = fmt::format("one sample a pixel is drawn: {} of {} x {} would take {:.1f} ms",
-                              options.samples, headset.facts().width, headset.facts().height,
-                              1e3 * takes);
+        message =
+            fmt::format("one sample per pixel: {} of {} x {} would take {:.1f} ms", options.samples,
+                        headset.facts().width, headset.facts().height, 1e3 * takes);
         painter = EyePainter::open(1);
         takes = seconds_of_empty_eyes();
     }

@@ -51,7 +51,7 @@ void HeadsetLoop::open()
     if (!sharing.text.empty()) options.notify(sharing.text);
     if (options.headset.see_through && !headset->facts().see_through)
         options.notify(
-            "--see-through: this runtime shows no room behind the picture; it is opaque");
+            "--see-through: this runtime supports opaque pictures only; the room is not visible");
     live = std::make_unique<LiveSession>(first_scene, std::move(lived));
     live->settle();
     floor = headset->facts().floor;
@@ -134,7 +134,7 @@ void HeadsetLoop::frame()
     const double located = wall_seconds();
     if (place_anew && sight.located) {
         if (floor != headset->facts().floor)
-            options.notify("the runtime knows no floor of the room");
+            options.notify("the runtime offers no STAGE space (floor of the room)");
         floor = headset->facts().floor;
         workplace = before_head(head_of(sight), options.workplace);
         place_anew = false;
@@ -211,8 +211,8 @@ void HeadsetLoop::simulate(const HeadsetViews& sight, bool runs, FrameParts& par
     const double now = time.frame(tick.time, goes_on && ran);
     if (kept_up && time.left_out() > 0)
         options.notify(
-            "a frame of the display takes longer than a quarter of a second, which is the "
-            "most that one simulates: simulated time is slower");
+            "a display frame takes longer than a quarter of a second, which is the "
+            "maximum that it simulates: simulated time lags behind");
     ran = goes_on;
     if (!options.stepped) clock.set(now, wall_seconds(), goes_on ? tick.period : 0);
     if (goes_on && !std::exchange(started, true)) live->start();
@@ -346,7 +346,7 @@ bool HeadsetLoop::draw(const HeadsetViews& sight, FrameParts& parts)
         parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;
         parts.splats = drawn.splats;
     } catch (const std::exception& e) {
-        if (undrawn.empty()) options.notify(std::string("nothing is drawn: ") + e.what());
+        if (undrawn.empty()) options.notify(std::string("drawing failed: ") + e.what());
         undrawn = e.what();
         return false;
     }

@@ -27,7 +27,7 @@ void HeadsetNotices::follow(const HeadsetHands& hands, double now)
     if (!too_slow) return;
     const std::string words =
         fmt::format("tracking is too slow to shape: {:.1f} Hz", tracking.rate());
-    if (!was) notify(words + "; hands that move fast pass through the clay");
+    if (!was) notify(words + "; fast hands pass through the clay");
     if (notice.at(now).empty()) notice.show(words, now);
 }
 
