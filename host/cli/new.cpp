@@ -11,15 +11,16 @@ namespace {
 
 const char* const first_scene = R"({
     "schema": "knead.scene/1",
-    // What is simulated. Comments like this one are allowed; lengths are metres, stresses pascals.
+    // A scene. Comments like this one are allowed; lengths are metres, stresses pascals.
     // All keys, with their units and ranges: docs/reference/formats.md. Any of them can be set for
     // one run:
     //     knead run THIS.json --out results --set objects.0.material.young=2e5
     "name": "first",
 
-    // A cube of 1 m of so many cells along its edge: more are finer and slower (--cells N).
+    // A cube of 1 m with this number of cells along an edge (--cells N); more are more accurate and
+    // slower.
     "domain": {"edge": 1.0, "cells": 48},
-    // Where clay is kept in; the floor is min's y, the second number.
+    // The walls around the clay; the height of the floor is the second number of min.
     "walls": {"min": [0.0625, 0.0625, 0.0625], "max": [0.9375, 0.9375, 0.9375]},
     "gravity": [0, -9.81, 0],  // m/s^2
 
@@ -27,18 +28,18 @@ const char* const first_scene = R"({
         // Spheres, boxes and cylinders; "knead list presets" names the materials.
         {"name": "ball", "shape": "sphere", "centre": [0.5, 0.3125, 0.5], "diameter": 0.5,
          "material": "soft-clay"},
-        // A preset may be changed, and what has another category has a mesh and colour of its own.
+        // Values of a preset can be replaced. Each category has a separate mesh and colour.
         {"name": "block", "shape": "box", "centre": [0.5, 0.65, 0.5], "size": [0.16, 0.16, 0.16],
          "material": {"preset": "dough", "density": 900}, "category": 1}
     ],
 
-    // Both hands: a gesture ("knead list gestures"), or a recording beside this file. A hand of
-    // 0.19 m is 2.5 times as large here.
+    // Both hands: a gesture ("knead list gestures") or a recording in the folder of this file,
+    // scaled by zoom: a hand of 0.19 m is 2.5 times as large here.
     "hands": {"recording": "squeeze", "zoom": 2.5},
 
-    "frame_rate": 60,           // frames a second
-    "surface": {"nodes": 96},   // of the meshes, along the longest axis
-    "pictures": {"every": 10},  // frames from picture to picture; 0: none
+    "frame_rate": 60,           // frames per second
+    "surface": {"nodes": 96},   // density nodes for the mesh, along the longest axis
+    "pictures": {"every": 10},  // frames between pictures; 0: none
     "camera": {"eye": [1.15, 0.85, 1.45], "target": [0.5, 0.3, 0.5]}
 }
 )";
