@@ -47,12 +47,12 @@ void report(const Simulator& solver, std::vector<double>& per_substep, const Fra
                 1e6 * median, 1e6 * best, 1e-9 * count / median);
     std::printf("%d substeps, dt %.3g to %.3g s, %ld blocks, %.1f MiB\n", total.substeps,
                 total.dt_min, total.dt_max, total.active_blocks, double(solver.memory()) / 1048576);
-    if (!solver.gaussians().empty())
-        std::printf("Gaussians: stranded %ld projected %ld repaired %ld in the last frame\n",
-                    total.stranded, total.splats_projected, total.splats_repaired);
-    std::printf("yielded %ld projected %ld clipped %ld confined %ld repaired %ld deepest %.3g m\n",
-                total.yielded, total.projected, total.clipped, total.confined, total.repaired,
-                total.found_depth);
+    each_statistic([&](const auto& row) {
+        if constexpr (is_count<std::remove_cvref_t<decltype(row.member)>>)
+            if (total[row.member] > 0)
+                std::printf("%s %ld %s, ", row.name, total[row.member], row.unit);
+    });
+    std::printf("deepest %.3g m\n", total.found_depth);
     for (const StageTime& t : stage_times(solver))
         std::printf("  %-10s %9.2f us in the last frame\n", t.name.c_str(), 1e6 * t.seconds);
     std::printf("hash %016llx\n", static_cast<unsigned long long>(hash_of(solver.particles())));
@@ -79,14 +79,7 @@ int run(int nodes, int frames, const std::string& on, bool tools, bool plastic, 
         const double start = seconds();
         const FrameStats t = solver->advance(motion, frame);
         per_substep.push_back((seconds() - start) / std::max(t.substeps, 1));
-        total.substeps += t.substeps;
-        total.dt_min = f ? std::min(total.dt_min, t.dt_min) : t.dt_min;
-        total.dt_max = std::max(total.dt_max, t.dt_max);
-        total.yielded += t.yielded, total.projected += t.projected, total.clipped += t.clipped;
-        total.confined += t.confined, total.repaired += t.repaired;
-        total.found_depth = std::max(total.found_depth, t.found_depth);
-        total.active_blocks = t.active_blocks, total.stranded = t.stranded;
-        total.splats_projected = t.splats_projected, total.splats_repaired = t.splats_repaired;
+        add_to(total, t);
     }
     report(*solver, per_substep, total, count);
     return 0;

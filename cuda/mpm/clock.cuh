@@ -3,6 +3,7 @@
 #include <bit>
 
 #include "cuda/math/hd.h"
+#include "cuda/mpm/counts.h"
 #include "cuda/mpm/lag.h"
 #include "cuda/mpm/time_step.h"
 
@@ -11,16 +12,13 @@ namespace knead::gpu {
 // Counted over a frame by the kernels; read by the host afterwards.
 struct Counters {
     double dt_min, dt_max;  // [s]
-    int substeps, limits[6];
-    unsigned long long yielded, projected, clipped, confined, repaired;  // particle-substeps, nodes
-    unsigned long long abrupt, moved_far, clipped_negligible;  // particle-substeps, likewise, nodes
-    unsigned long long covered;  // particle-substeps with a blade beside them
-    unsigned long long moved;    // particle-substeps; with sleep only
-    unsigned long long woken;    // blocks
-    unsigned long long stranded, splats_projected, splats_repaired;  // Gaussian-substeps
-    unsigned deepest;  // bits of the largest depth found [m]
-    unsigned touched;  // tools that touched particles: tool_bit()
+    int substeps, limits[int(Limit::count)];
+    Counts<unsigned long long> counts;  // `moved` with sleep only
+    unsigned deepest;                   // bits of the largest depth found [m]
+    unsigned touched;                   // tools that touched particles: tool_bit()
     int active_blocks;
+
+    HD unsigned long long& operator[](Count c) { return counts[c]; }
 };
 
 // The largest values of all particles: bits of a speed squared and of a stiffness (material.h)

@@ -42,14 +42,14 @@ __device__ int synchronised(bool counted)
 template <int warps>
 __device__ void report(Clock& clock, int n, const Sums (&sums)[warps], int moved)
 {
-    if (moved) atomicAdd(&clock.counters.moved, static_cast<unsigned long long>(moved));
+    if (moved) atomicAdd(&clock.counters[Count::moved], static_cast<unsigned long long>(moved));
     Sums all{};
     UNROLL
     for (const Sums& s : sums)  // 128 particles: no byte overflows
         all = {all.events + s.events, max(all.deepest, s.deepest), max(all.fastest, s.fastest),
                max(all.stiffest, s.stiffest)};
-    unsigned long long* to[] = {&clock.counters.yielded, &clock.counters.projected,
-                                &clock.counters.confined, &clock.counters.covered};
+    unsigned long long* to[] = {&clock.counters[Count::yielded], &clock.counters[Count::projected],
+                                &clock.counters[Count::confined], &clock.counters[Count::covered]};
     UNROLL
     for (int k = 0; k < 4; ++k) {
         const unsigned some = all.events >> (8 * k) & 255;

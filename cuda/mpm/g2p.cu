@@ -122,7 +122,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
     if (may_yield<f>(d.materials, q))
         happened.yielded = yield(q, material_of<f>(d.materials, q.object), later.now);
     if (!sound(q)) {
-        if (own().valid && moves) atomicAdd(&later.clock().counters.repaired, 1ull);
+        if (own().valid && moves) atomicAdd(&later.clock().counters[Count::repaired], 1ull);
         repair(q, particles().load_state(own().at));
     }
     if constexpr (f.rests) {
@@ -165,8 +165,8 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if (!own.valid) happened = {};
     const bool far = happened.depth > d.lattice.dx, sudden = abrupt(q.C, later.now) && own.valid;
     if (__any_sync(all_lanes, far || sudden)) {
-        if (far) atomicAdd(&later.clock().counters.moved_far, 1ull);
-        if (sudden) atomicAdd(&later.clock().counters.abrupt, 1ull);
+        if (far) atomicAdd(&later.clock().counters[Count::moved_far], 1ull);
+        if (sudden) atomicAdd(&later.clock().counters[Count::abrupt], 1ull);
     }
     Material<float> m = material_of<f>(d.materials, q.object);
     const float per_density = f.mixed ? 1 / m.density : d.materials.per_density;

@@ -15,7 +15,7 @@ __device__ inline void wake(const G2pView& d, int b, int n)
     r.changed[b] = n + 1;
     if (r.options.mode != RestMode::sleep || atomicMin(&r.free[b], n + 1) != never) return;
     r.woken[n & 1][atomicAdd(&d.clock->woken[n & 1], 1)] = b;
-    if (r.range[b].x < r.range[b].y) atomicAdd(&d.clock->counters.woken, 1ull);
+    if (r.range[b].x < r.range[b].y) atomicAdd(&d.clock->counters[Count::woken], 1ull);
 }
 
 // Marks the block of a particle at the end of the frame's last substep n: no later substep does.

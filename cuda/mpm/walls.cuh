@@ -28,7 +28,8 @@ __device__ Node<float> sum_of(const GridUpdateView& d, int parity, int i)
 __device__ inline void count_slowed(const GridUpdateView& d, float mass)
 {
     Counters& all = d.clock->counters;
-    atomicAdd(mass > d.negligible_mass ? &all.clipped : &all.clipped_negligible, 1ull);
+    atomicAdd(mass > d.negligible_mass ? &all[Count::clipped] : &all[Count::clipped_negligible],
+              1ull);
 }
 
 __device__ inline Node<float>& node_at(const GridUpdateView& d, int parity, int i)

@@ -101,9 +101,9 @@ __device__ void report(Clock& clock, const Happened& happened, int substeps)
         if (lanes && (threadIdx.x & 31) == 0)
             atomicAdd(&to, static_cast<unsigned long long>(each * __popc(lanes)));
     };
-    add(clock.counters.stranded, happened.stranded, substeps);
-    add(clock.counters.splats_projected, happened.projected, 1);
-    add(clock.counters.splats_repaired, happened.repaired, 1);
+    add(clock.counters[Count::stranded], happened.stranded, substeps);
+    add(clock.counters[Count::splats_projected], happened.projected, 1);
+    add(clock.counters[Count::splats_repaired], happened.repaired, 1);
 }
 
 // Moves the Gaussians.

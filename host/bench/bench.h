@@ -66,7 +66,7 @@ struct BenchRow {
     Counted counted;                // per particle and substep; per particle of a surface
     double moved = 1;               // fraction of particle-substeps simulated; the rest: still
     DrawTimes drawn;                // if it has pixels, `particles` counts splats
-    FrameStats acted;               // guard counters only
+    FrameStats acted;               // of all timed frames
     long crowded = 0;               // crowded particles at the end of the first repeat
     std::string hash;               // state hash at the end of the first repeat
     int hashed_after = 0;           // frames until the hash, including warm-up

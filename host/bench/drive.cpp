@@ -9,7 +9,7 @@
 #include "host/scene/seed.h"
 #include "host/solver/audit.h"
 #include "host/solver/cpu/tools.h"
-#include "host/solver/guards.h"
+#include "host/solver/frame_stats.h"
 
 namespace knead {
 namespace {
@@ -30,7 +30,6 @@ struct Gathered {
     std::vector<double> surfaces, medians;
     int timed = 0;
     FrameStats sum;
-    long blocks = 0;
     std::vector<int> contact_frames;  // numbers of frames, in the first repeat
     int last = 1;
 
@@ -41,13 +40,11 @@ struct Gathered {
     }
     void add(const FrameResult& f)
     {
-        (f.stats.projected > 0 ? in_contact : apart).add(f);
+        (f.stats[Count::projected] > 0 ? in_contact : apart).add(f);
         ++timed;
-        add_guards(sum, f.stats);
-        sum.moved += f.stats.moved, sum.substeps += f.stats.substeps;
-        blocks = f.stats.active_blocks;
+        add_to(sum, f.stats);
         last = f.number;
-        if (medians.empty() && f.stats.projected > 0) contact_frames.push_back(f.number);
+        if (medians.empty() && f.stats[Count::projected] > 0) contact_frames.push_back(f.number);
     }
     const Times& times() const { return in_contact.frames.empty() ? apart : in_contact; }
 };
@@ -92,10 +89,10 @@ void fill(BenchRow& row, const Scene& scene, const Gathered& all)
     row.frame = spread(all.times().frames), row.substep = spread(all.times().substeps);
     row.between = relative_range(all.medians);
     row.surface = spread(all.surfaces).median;
-    row.min_bytes = min_bytes(row.particles, all.blocks);
+    row.min_bytes = min_bytes(row.particles, all.sum.active_blocks);
     row.acted = all.sum;
     const double all_of_them = double(row.particles) * all.sum.substeps;
-    if (all_of_them > 0) row.moved = double(all.sum.moved) / all_of_them;
+    if (all_of_them > 0) row.moved = double(all.sum[Count::moved]) / all_of_them;
 }
 
 // Positions of about 2000 particles of each object, whatever its size.
@@ -193,7 +190,7 @@ void Bench::examine(const Scene& scene, const HandSource* hands, int first, int 
         if (how.stages) row.stages = stage_times(*solver);
         if (how.counts)
             row.counted = counted_each(counted([&] { return solver->profile()->counts(); }),
-                                       double(f.stats.moved), row, facts);
+                                       double(f.stats[Count::moved]), row, facts);
         return false;
     });
 }

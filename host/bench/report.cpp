@@ -7,7 +7,7 @@
 #include "host/base/machine.h"
 #include "host/bench/bench.h"
 #include "host/solver/audit.h"
-#include "host/solver/guards.h"
+#include "host/solver/frame_stats.h"
 
 namespace knead {
 namespace {
@@ -25,7 +25,7 @@ Json spread_json(const Spread& s, double scale)
 Json guards_json(const BenchRow& r)
 {
     Json all;
-    for (const auto& [name, count] : frame_guards) all[name] = r.acted.*count;
+    for (const auto& [name, count] : frame_guards) all[name] = r.acted[count];
     all["crowded"] = r.crowded;
     return all;
 }
@@ -232,7 +232,7 @@ std::string bench_csv(const BenchResult& result)
         const DrawTimes& d = r.drawn;
         out += fmt::format("{},{},{},{},{},{},{:.6g},", d.width, d.height, d.moved, d.visible,
                            d.instances, d.dropped, d.psnr);
-        for (const auto& [name, count] : frame_guards) out += fmt::format("{},", r.acted.*count);
+        for (const auto& [name, count] : frame_guards) out += fmt::format("{},", r.acted[count]);
         out += fmt::format("{},{}\n", r.crowded, r.hash);
     }
     return out;

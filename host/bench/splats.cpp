@@ -191,7 +191,7 @@ void substep_row(Bench& bench, int count)
         const FrameStats stats = solver->advance(motion, frame);
         frames.push_back(wall_seconds() - start), counts.push_back(std::max(stats.substeps, 1));
         substeps.push_back(frames.back() / counts.back());
-        row.in_contact += stats.projected > 0;
+        row.in_contact += stats[Count::projected] > 0;
     }
     if (frames.empty()) return;
     row.frames = int(frames.size()), row.substeps = spread(counts).median;

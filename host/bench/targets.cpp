@@ -7,7 +7,7 @@
 #include "host/bench/bench.h"
 #include "host/run/run.h"
 #include "host/scene/scene_hands.h"
-#include "host/solver/guards.h"
+#include "host/solver/frame_stats.h"
 
 namespace knead {
 namespace {

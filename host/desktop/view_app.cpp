@@ -347,7 +347,7 @@ void ViewApp::simulate()
     if (runs) record.simulated(time);
     state = session.state();
     if (state->version != counted)
-        touched += state->frame.stats.projected, counted = state->version;
+        touched += state->frame.stats[Count::projected], counted = state->version;
 }
 
 // Records the hands that the simulation uses: the mouse's, or those of the scene's recording, which

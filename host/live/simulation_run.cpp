@@ -151,7 +151,7 @@ void SimulationRun::after(const FrameResult& frame)
     time = options.stepped ? frame.hand_time + skew : now();
     if (overrun(frame.stats, particles)) {
         trouble = fmt::format("frame {}: {} particles had to be put back", frame.number,
-                              frame.stats.repaired);
+                              frame.stats[Count::repaired]);
         loop->stop(End::numbers);
     } else if (splats.changes() && editable) {
         keep_splats(frame);

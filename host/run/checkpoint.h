@@ -13,7 +13,7 @@ namespace knead {
 struct Checkpoint {
     nlohmann::json command;  // command line of the run; opaque here
     RunRecord record;        // so far; without state and meshes
-    SavedState state;        // of the solver; of its setup particles and Gaussians only
+    SavedState state;        // of the simulator; only particles and Gaussians of its contents
     CarriedSplats splats;    // one per Gaussian; none if they are not drawn
     LocalState local;        // of a scene with local clay
 };

@@ -1,84 +1,169 @@
-// Serialization of numbers and splats in the body of a checkpoint.
+// The body of a checkpoint: one list of its arrays and, for each type of element, one list of its
+// numbers. Writing, reading and measuring all follow these lists.
 #pragma once
 #include <cmath>
+#include <concepts>
+#include <cstdint>
 #include <cstring>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <vector>
 
-#include "cuda/splats/gaussian.h"
-#include "host/paging/local_state.h"
+#include "host/run/checkpoint.h"
 
 namespace knead {
 
-template <class T>
+// Calls section(name, array) for each array in the order of the file. `name` is the key of the fact
+// that holds its length. Arrays with the same name have the same length.
+template <class C, class Visit>
+void each_section(C& checkpoint, Visit&& section)
+{
+    auto& [command, record, state, splats, local] = checkpoint;
+    section("particles", state.contents.particles);
+    section("particles", state.order);
+    section("quiet", state.quiet);
+    section("sliding", state.sliding);
+    section("gaussians", state.contents.gaussians);
+    section("splats", splats.cloud);
+    section("splats", splats.extent);
+    section("still", local.cloud);
+    section("still", local.active);
+    section("still", local.normal);
+    section("home", local.slot_of);
+}
+
+template <class T, class Kind>
+concept Is = std::same_as<std::remove_const_t<T>, Kind>;
+
+// Calls io(number) or, if it must be finite, io.finite(number) for each number of an element in the
+// order of the file. Doubles are written as floats without loss: solvers that can be saved compute
+// in floats.
+template <class T, class Io>
 requires std::is_arithmetic_v<T>
-void append(std::string& to, const T& value)
+void each_number(T& number, Io& io)
 {
-    to.append(reinterpret_cast<const char*>(&value), sizeof value);
+    if constexpr (Is<T, float>)
+        io.finite(number);
+    else
+        io(number);
 }
-
-inline std::size_t splat_bytes(int degree)
+template <class V, class Io>
+requires Is<V, Vec3<float>>
+void each_number(V& v, Io& io) { io.finite(v.x), io.finite(v.y), io.finite(v.z); }
+template <class V, class Io>
+requires Is<V, Vec3<double>>
+void each_number(V& v, Io& io) { io(v.x), io(v.y), io(v.z); }
+template <class P, class Io>
+requires Is<P, Particle<double>>
+void each_number(P& p, Io& io)
 {
-    return (11 + 3 * std::size_t(harmonics(degree))) * sizeof(float);
+    for (auto* v : {&p.x, &p.v, &p.C.a, &p.C.b, &p.C.c}) each_number(*v, io);
+    for (auto* e : {&p.e.xx, &p.e.yy, &p.e.zz, &p.e.xy, &p.e.xz, &p.e.yz, &p.k}) io(*e);
+    io(p.object), io(p.sides);
 }
-// Bytes of a slot of local clay besides its splat.
-constexpr std::size_t local_bytes = 3 * sizeof(float) + sizeof(char);
-
-// Calls visit(number) for every number of splat i.
-template <class Cloud, class Visit>
-void each_float_of(Cloud& c, std::size_t i, Visit&& visit)
+template <class G, class Io>
+requires Is<G, Gaussian<double>>
+void each_number(G& g, Io& io)
 {
-    const auto vector = [&](auto& v) { visit(v.x), visit(v.y), visit(v.z); };
-    vector(c.centre[i]), vector(c.scale[i]);
-    visit(c.rotation[i].w), visit(c.rotation[i].x), visit(c.rotation[i].y), visit(c.rotation[i].z);
-    visit(c.opacity[i]);
+    for (auto* v : {&g.x, &g.F.a, &g.F.b, &g.F.c}) each_number(*v, io);
+    io(g.object), io(g.sides);
+}
+template <class S, class Io>
+requires Is<S, SlidingNode>
+void each_number(S& n, Io& io) { io(n.place), io(n.force), io(n.time), io(n.impulse_deficit); }
+
+// Length of an array, and the numbers of its element i.
+template <class T>
+std::size_t count_of(const std::vector<T>& array)
+{
+    return array.size();
+}
+inline std::size_t count_of(const SplatCloud& cloud) { return cloud.count(); }
+template <class T>
+void resize(std::vector<T>& array, std::size_t count)
+{
+    array.resize(count);
+}
+template <class Array, class Io>
+void each_number_of(Array& array, std::size_t i, Io& io)
+{
+    each_number(array[i], io);
+}
+template <class Cloud, class Io>
+requires Is<Cloud, SplatCloud>
+void each_number_of(Cloud& c, std::size_t i, Io& io)
+{
+    each_number(c.centre[i], io), each_number(c.scale[i], io);
+    auto& q = c.rotation[i];
+    for (auto* number : {&q.w, &q.x, &q.y, &q.z}) io.finite(*number);
+    io.finite(c.opacity[i]);
     const auto count = std::size_t(harmonics(c.degree));
-    for (std::size_t k = 0; k < count; ++k) vector(c.sh[i * count + k]);
+    for (std::size_t k = 0; k < count; ++k) each_number(c.sh[i * count + k], io);
 }
 
-inline void append(std::string& to, const SplatCloud& cloud)
-{
-    for (std::size_t i = 0; i < cloud.count(); ++i)
-        each_float_of(cloud, i, [&](float number) { append(to, number); });
-}
+struct NumberWriter {
+    std::string& to;
 
-inline void append(std::string& to, const LocalState& s)
-{
-    append(to, s.cloud);
-    for (const char away : s.active) append(to, away);
-    for (const Vec3<float>& n : s.normal) append(to, n.x), append(to, n.y), append(to, n.z);
-    for (const int slot : s.slot_of) append(to, slot);
-}
+    template <class T>
+    void operator()(T number)
+    {
+        to.append(reinterpret_cast<const char*>(&number), sizeof number);
+    }
+    void operator()(double number) { (*this)(float(number)); }
+    void finite(float number) { (*this)(number); }
+};
 
-// Reads values sequentially. Precondition: enough bytes remain; nothing is checked here.
-struct Taker {
+// Precondition: enough bytes remain; nothing is checked here.
+struct NumberReader {
     const char* at;
 
     template <class T>
-    requires std::is_arithmetic_v<T>
-    void take(T& value) { std::memcpy(&value, at, sizeof value), at += sizeof value; }
-    // Throws std::out_of_range if it is not finite.
-    void take_finite(float& number)
+    void operator()(T& number)
     {
-        take(number);
+        std::memcpy(&number, at, sizeof number), at += sizeof number;
+    }
+    void operator()(double& number)
+    {
+        float rounded;
+        (*this)(rounded), number = rounded;
+    }
+    // Throws std::out_of_range if it is not finite.
+    void finite(float& number)
+    {
+        (*this)(number);
         if (!std::isfinite(number)) throw std::out_of_range("splats");
     }
-    // Reads `count` splats. Precondition: c.degree is set.
-    void take(SplatCloud& c, std::size_t count)
-    {
-        c.centre.resize(count), c.rotation.resize(count), c.scale.resize(count);
-        c.opacity.resize(count), c.sh.resize(count * std::size_t(harmonics(c.degree)));
-        for (std::size_t i = 0; i < count; ++i)
-            each_float_of(c, i, [&](float& number) { take_finite(number); });
-    }
-    void take(LocalState& s, std::size_t count, std::size_t home)
-    {
-        take(s.cloud, count);
-        s.active.resize(count), s.normal.resize(count), s.slot_of.resize(home);
-        for (char& away : s.active) take(away);
-        for (Vec3<float>& n : s.normal) take_finite(n.x), take_finite(n.y), take_finite(n.z);
-        for (int& slot : s.slot_of) take(slot);
-    }
 };
+
+struct NumberSizes {
+    std::size_t bytes = 0;
+
+    template <class T>
+    void operator()(T)
+    {
+        bytes += sizeof(T);
+    }
+    void operator()(double) { bytes += sizeof(float); }
+    void finite(float) { bytes += sizeof(float); }
+};
+
+// Bytes of an element in the file. Precondition: a cloud's degree is valid.
+template <class T>
+std::size_t element_bytes(const std::vector<T>&)
+{
+    NumberSizes sizes;
+    const T one{};
+    each_number(one, sizes);
+    return sizes.bytes;
+}
+inline std::size_t element_bytes(const SplatCloud& cloud)
+{
+    NumberSizes sizes;
+    SplatCloud one;
+    one.degree = cloud.degree, resize(one, 1);
+    each_number_of(one, 0, sizes);
+    return sizes.bytes;
+}
 
 }  // namespace knead

@@ -10,7 +10,7 @@ double moved_share(const RunRecord& record)
 {
     double moved = 0, all = 0;
     for (const FrameRow& row : record.rows) {
-        moved += double(row.stats.moved);
+        moved += double(row.stats[Count::moved]);
         all += double(record.particles) * row.stats.substeps;
     }
     return all > 0 ? moved / all : 1;

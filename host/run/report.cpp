@@ -9,7 +9,7 @@
 
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
-#include "host/solver/guards.h"
+#include "host/solver/frame_stats.h"
 
 namespace knead {
 namespace {
@@ -53,12 +53,11 @@ std::vector<double> frame_seconds(const RunRecord& record)
     return all;
 }
 
-template <class T>
-T total(const RunRecord& record, T FrameStats::*part)
+FrameStats stats_of(const RunRecord& record)
 {
-    T sum{};
-    for (const FrameRow& row : record.rows) sum += row.stats.*part;
-    return sum;
+    FrameStats all;
+    for (const FrameRow& row : record.rows) add_to(all, row.stats);
+    return all;
 }
 
 long total(const RunRecord& record, long FrameRow::*part)
@@ -113,7 +112,7 @@ Json runs(const Scene& scene, const RunRecord& record, const RunInfo& facts)
     double wall = 0;
     for (double s : frames) wall += s;
     if (!frames.empty()) frame["cpu_time"] = 1e3 * facts.cpu_seconds / double(frames.size());
-    const double steps = double(record.particles) * double(total(record, &FrameStats::substeps));
+    const double steps = double(record.particles) * double(stats_of(record).substeps);
     frame["items_per_second"] = wall > 0 ? steps / wall : 0;  // particle-substeps
     all.push_back(frame);
     for (const Stage& s : stages(record))
@@ -124,25 +123,35 @@ Json runs(const Scene& scene, const RunRecord& record, const RunInfo& facts)
 
 Json vector(Vec3<double> v) { return {v.x, v.y, v.z}; }
 
-Json steps(const RunRecord& record)
+template <class T>
+requires std::is_arithmetic_v<T> Json reported(T value, double scale)
 {
-    long limits[int(Limit::count)] = {};
-    double min_dt = 0, max_dt = 0;
-    std::vector<double> per_frame;
-    for (const FrameRow& row : record.rows) {
-        for (int l = 0; l < int(Limit::count); ++l) limits[l] += row.stats.limits[l];
-        min_dt = min_dt > 0 ? std::min(min_dt, row.stats.dt_min) : row.stats.dt_min;
-        max_dt = std::max(max_dt, row.stats.dt_max);
-        per_frame.push_back(row.stats.substeps);
-    }
+    if constexpr (std::is_floating_point_v<T>) return scale * value;
+    return value;
+}
+Json reported(const long (&limits)[int(Limit::count)], double)
+{
     Json by = Json::object();
     for (int l = 0; l < int(Limit::count); ++l) by[limit_names[l]] = limits[l];
+    return by;
+}
+
+// Adds the statistics of all frames to the objects that `knead` has.
+void add_statistics(Json& knead, const FrameStats& all)
+{
+    each_statistic([&](const auto& row) {
+        const Json::json_pointer to(row.report);
+        if (!to.empty() && knead.contains(to.parent_pointer()))
+            knead[to] = reported(all[row.member], row.scale);
+    });
+}
+
+Json substeps_per_frame(const RunRecord& record)
+{
+    std::vector<double> per_frame;
+    for (const FrameRow& row : record.rows) per_frame.push_back(row.stats.substeps);
     const Spread s = spread(per_frame);
-    return {{"substeps", total(record, &FrameStats::substeps)},
-            {"substeps_per_frame", {{"median", s.median}, {"p95", s.p95}, {"max", s.max}}},
-            {"dt_min_s", min_dt},
-            {"dt_max_s", max_dt},
-            {"limited_by", by}};
+    return {{"median", s.median}, {"p95", s.p95}, {"max", s.max}};
 }
 
 // Momentum from walls and tools: the change of momentum without that by gravity.
@@ -193,66 +202,59 @@ const char* rest_name(RestMode mode)
     return mode == RestMode::none ? "none" : mode == RestMode::sleep ? "sleep" : "localized";
 }
 
-Json guards(const RunRecord& record)
+Json guards(const RunRecord& record, const FrameStats& stats)
 {
     Json all;
-    for (const auto& [name, count] : frame_guards) all[name] = total(record, count);
+    for (const auto& [name, count] : frame_guards) all[name] = stats[count];
     all["crowded"] = crowding_of(record).particles;
     return all;
 }
 
-Json physics(const Scene& scene, const RunRecord& record)
+Json physics(const Scene& scene, const RunRecord& record, const FrameStats& stats)
 {
     static const FrameRow none;
     const FrameRow* last = &none;
     for (const FrameRow& row : record.rows)
         if (row.audited) last = &row;
-    double deepest = 0, active = 0;
+    double active = 0;
     Depths between;
     for (const FrameRow& row : record.rows) {
         between.count = std::max(between.count, row.between.count);
         between.max = std::max(between.max, row.between.max);
-        deepest = std::max(deepest, row.stats.found_depth);
         active += double(row.stats.active_blocks) / scene.setup.lattice.block_count();
     }
-    const double particle_steps =
-        double(record.particles) * double(total(record, &FrameStats::substeps));
+    const double particle_steps = double(record.particles) * double(stats.substeps);
     const Depths& left = record.left;
-    return {{"simulated_s", last->simulated},
-            {"time", steps(record)},
-            {"particles", record.particles},
-            {"active_block_share", record.rows.empty() ? 0 : active / double(record.rows.size())},
-            {"bytes", record.bytes},
-            {"mass",
-             {{"first_kg", record.first.mass},
-              {"last_kg", last->state.mass},
-              {"exact", record.first.mass == last->state.mass}}},
-            {"volume", volumes(record, *last)},
-            {"momentum", momentum(scene, record, *last)},
-            {"energy",
-             {{"kinetic_J", last->state.kinetic},
-              {"elastic_J", last->state.elastic},
-              {"kinetic_first_J", record.first.kinetic},
-              {"elastic_first_J", record.first.elastic}}},
-            {"fastest_m_per_s", last->state.fastest},
-            {"yielded_share",
-             particle_steps > 0 ? double(total(record, &FrameStats::yielded)) / particle_steps : 0},
-            {"rest",
-             {{"mode", rest_name(scene.setup.rest.mode)},
-              {"moved_share", moved_share(record)},
-              {"woken_blocks", total(record, &FrameStats::woken)}}},
-            {"penetration",
-             {{"found_max_mm", 1e3 * deepest},
-              {"left_mean_mm", 1e3 * left.mean},
-              {"left_p99_mm", 1e3 * left.p99},
-              {"left_max_mm", 1e3 * left.max},
-              {"left_count", left.count},
-              {"between_max_mm", 1e3 * between.max},
-              {"between_most", between.count},
-              {"projected", total(record, &FrameStats::projected)}}},
-            {"guards", guards(record)},
-            {"trimmed", total(record, &FrameStats::clipped_negligible)},
-            {"state_hash", hexadecimal(last->state.hash)}};
+    return {
+        {"simulated_s", last->simulated},
+        {"time", {{"substeps_per_frame", substeps_per_frame(record)}}},
+        {"particles", record.particles},
+        {"active_block_share", record.rows.empty() ? 0 : active / double(record.rows.size())},
+        {"bytes", record.bytes},
+        {"mass",
+         {{"first_kg", record.first.mass},
+          {"last_kg", last->state.mass},
+          {"exact", record.first.mass == last->state.mass}}},
+        {"volume", volumes(record, *last)},
+        {"momentum", momentum(scene, record, *last)},
+        {"energy",
+         {{"kinetic_J", last->state.kinetic},
+          {"elastic_J", last->state.elastic},
+          {"kinetic_first_J", record.first.kinetic},
+          {"elastic_first_J", record.first.elastic}}},
+        {"fastest_m_per_s", last->state.fastest},
+        {"yielded_share", particle_steps > 0 ? double(stats[Count::yielded]) / particle_steps : 0},
+        {"rest",
+         {{"mode", rest_name(scene.setup.rest.mode)}, {"moved_share", moved_share(record)}}},
+        {"penetration",
+         {{"left_mean_mm", 1e3 * left.mean},
+          {"left_p99_mm", 1e3 * left.p99},
+          {"left_max_mm", 1e3 * left.max},
+          {"left_count", left.count},
+          {"between_max_mm", 1e3 * between.max},
+          {"between_most", between.count}}},
+        {"guards", guards(record, stats)},
+        {"state_hash", hexadecimal(last->state.hash)}};
 }
 
 }  // namespace
@@ -318,7 +320,8 @@ Json report(const Scene& scene, const RunRecord& record, const RunInfo& facts)
 {
     Json stage_block = Json::object();
     for (const Stage& s : stages(record)) stage_block[s.name] = milliseconds(s.seconds);
-    Json knead = physics(scene, record);
+    const FrameStats stats = stats_of(record);
+    Json knead = physics(scene, record, stats);
     knead["end"] = end_name(record.end);
     if (!record.trouble.empty()) knead["trouble"] = record.trouble;
     if (!record.rows.empty() && record.rows.back().stats.cut) {
@@ -341,9 +344,6 @@ Json report(const Scene& scene, const RunRecord& record, const RunInfo& facts)
     if (facts.splats > 0)
         knead["splats"] = {{"count", facts.splats},
                            {"inside", facts.inside},
-                           {"projected", total(record, &FrameStats::splats_projected)},
-                           {"stranded", total(record, &FrameStats::stranded)},
-                           {"repaired", total(record, &FrameStats::splats_repaired)},
                            {"split", total(record, &FrameRow::splats_split)},
                            {"added", total(record, &FrameRow::splats_added)},
                            {"waiting_most", largest(record, &FrameRow::splats_waiting)}};
@@ -359,30 +359,50 @@ Json report(const Scene& scene, const RunRecord& record, const RunInfo& facts)
                           {"tracker_latency_ms", 1e3 * facts.hand_latency},
                           {"filter_lag_ms", 1e3 * lag(scene.hands.filter, facts.hand_rate)}};
     }
+    add_statistics(knead, stats);
     return {{"schema", "knead.report/1"},
             {"context", context(scene, facts)},
             {"runs", runs(scene, record, facts)},
             {"knead", knead}};
 }
 
+namespace {
+
+template <class T>
+std::string csv_text(const T& value, double scale)
+{
+    if constexpr (std::is_floating_point_v<T>) return fmt::format("{:.6g}", scale * value);
+    if constexpr (std::is_integral_v<T>) return fmt::format("{:d}", value);
+    return "";  // an array: has no column
+}
+
+// The statistics' columns of frames.csv, each with a comma behind it. `text(row)`: of a column.
+template <class Text>
+std::string statistic_columns_of(Text&& text)
+{
+    std::string columns[statistic_columns + 1];
+    each_statistic([&](const auto& row) {
+        if (row.column > 0) columns[row.column] = text(row) + ",";
+    });
+    std::string all;
+    for (const std::string& column : columns) all += column;
+    return all;
+}
+
+}  // namespace
+
 std::string frames_csv(const RunRecord& record)
 {
-    std::string out =
-        "frame,simulated_s,hand_s,hands,solver_ms,surface_ms,substeps,dt_min_s,dt_max_s,"
-        "active_blocks,moved,woken,yielded,projected,found_depth_mm,clipped,confined,repaired,"
-        "abrupt,moved_far,trimmed,kinetic_J,"
-        "elastic_J,volume_m3,fastest_m_per_s,left_mean_mm,left_p99_mm,left_max_mm,mesh_m3,"
-        "triangles,hash\n";
+    std::string out = "frame,simulated_s,hand_s,hands,solver_ms,surface_ms,";
+    out += statistic_columns_of([](const auto& row) { return std::string(row.name); });
+    out +=
+        "kinetic_J,elastic_J,volume_m3,fastest_m_per_s,left_mean_mm,left_p99_mm,left_max_mm,"
+        "mesh_m3,triangles,hash\n";
     for (const FrameRow& r : record.rows) {
-        const FrameStats& t = r.stats;
-        out += fmt::format(
-            "{},{:.9g},{:.9g},{:d},{:.6g},{:.6g},{},{:.6g},{:.6g},{},{},{},{},{},{:.6g},{},{},{},{}"
-            ",{},"
-            "{},",
-            r.frame, r.simulated, r.hand_time, r.hands, 1e3 * r.wall, 1e3 * r.surface_wall,
-            t.substeps, t.dt_min, t.dt_max, t.active_blocks, t.moved, t.woken, t.yielded,
-            t.projected, 1e3 * t.found_depth, t.clipped, t.confined, t.repaired, t.abrupt,
-            t.moved_far, t.clipped_negligible);
+        out += fmt::format("{},{:.9g},{:.9g},{:d},{:.6g},{:.6g},", r.frame, r.simulated,
+                           r.hand_time, r.hands, 1e3 * r.wall, 1e3 * r.surface_wall);
+        out += statistic_columns_of(
+            [&](const auto& row) { return csv_text(r.stats[row.member], row.scale); });
         if (r.audited)
             out += fmt::format("{:.9g},{:.9g},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g},", r.state.kinetic,
                                r.state.elastic, r.state.volume, r.state.fastest, 1e3 * r.left.mean,

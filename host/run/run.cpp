@@ -70,7 +70,7 @@ class Run {
         const bool bad = overrun(f.stats, record.particles);
         if (bad)
             record.trouble = fmt::format("frame {}: {} particles had to be put back", f.number,
-                                         f.stats.repaired);
+                                         f.stats[Count::repaired]);
         const bool due =
             is_last(f) || f.number == 1 || f.number % std::max(1, options.audit_every) == 0;
         if (bad || (due && !look(record.rows.back()))) loop.stop(End::numbers);

@@ -14,7 +14,7 @@ EditableSimulator& SessionLoop::editable()
 
 bool overrun(const FrameStats& stats, std::size_t particles)
 {
-    return double(stats.repaired) > 0.01 * double(particles);
+    return double(stats[Count::repaired]) > 0.01 * double(particles);
 }
 
 SessionLoopOptions loop_options(const Scene& scene)
@@ -145,7 +145,7 @@ bool SessionLoop::collect()
     if (f.stats.cut) shorten(f);
     newest = std::move(f);
     ++done;
-    moved += newest.stats.moved, moved_on_device += newest.stats.moved;
+    moved += newest.stats[Count::moved], moved_on_device += newest.stats[Count::moved];
     state.reset();
     return true;
 }

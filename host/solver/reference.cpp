@@ -47,7 +47,7 @@ Reference::Reference(const Setup& given)
 // A frame: substeps as long as stability allows, each dt chosen one substep ahead.  (22)
 FrameStats Reference::advance(const Motion& motion, double duration)
 {
-    stats = {}, covered = 0;
+    stats = {};
     Lag lag{};
     for (std::size_t t = 0; t < scene.tools.size(); ++t) set_tool(scene.tools[t], motion, t);
     const StepLimits limits = step_limits(scene);
@@ -65,7 +65,7 @@ FrameStats Reference::advance(const Motion& motion, double duration)
         step = next;
     }
     stats.active_blocks = active_blocks();
-    stats.moved = long(q.size()) * stats.substeps;
+    stats[Count::moved] = long(q.size()) * stats.substeps;
     end_cuts();
     return stats;
 }
@@ -129,15 +129,8 @@ void Reference::grid(double dt)
     const Lattice<double>& lattice = scene.lattice;
     const Colliders<double> tools = colliders();
     const double light = negligible_mass(scene);
-    struct Sums {
-        long clipped = 0, clipped_negligible = 0;
-        void operator+=(const Sums& s)
-        {
-            clipped += s.clipped, clipped_negligible += s.clipped_negligible;
-        }
-    };
     ++substeps;
-    const auto update = [&](std::size_t slot, Sums& sums) {
+    const auto update = [&](std::size_t slot, Counts<long>& counts) {
         const Int3 n = lattice.node_at(occupied[slot]);
         const auto at = [&](std::size_t f, Int3 m) -> Node<double>& {
             return fields[f][std::size_t(lattice.index(m))];
@@ -159,7 +152,9 @@ void Reference::grid(double dt)
             update_mirrors(
                 n, mirror_offset, lattice, walls, scene.gravity, dt, InArray<double>{v[f]},
                 obstacles,
-                [&](double mass) { ++(mass > light ? sums.clipped : sums.clipped_negligible); },
+                [&](double mass) {
+                    ++counts[mass > light ? Count::clipped : Count::clipped_negligible];
+                },
                 SlidingInArray<double>{sliding[f].data(), lattice.dx, substeps},
                 [&](Int3 m) { return at(uncut, m).m; });
         }
@@ -175,8 +170,8 @@ void Reference::grid(double dt)
             for (std::size_t f = 0; f < fields.size(); ++f) at(f, m).p = one[f].p;
         }
     };
-    const Sums all = parallel_sum<Sums>(occupied.size(), LoopOptions{.threads = threads}, update);
-    stats.clipped += all.clipped, stats.clipped_negligible += all.clipped_negligible;
+    stats.counts +=
+        parallel_sum<Counts<long>>(occupied.size(), LoopOptions{.threads = threads}, update);
 }
 
 // Nearly incompressible clay takes the mean pressure of its cell.  (7a)
@@ -219,7 +214,7 @@ void Reference::g2p(double dt)
         p.e = advance_b(p.e, p.C, dt);
         p.x = p.x + dt * p.v;
     };
-    stats.abrupt += parallel_sum<long>(q.size(), LoopOptions{.threads = threads}, update);
+    stats[Count::abrupt] += parallel_sum<long>(q.size(), LoopOptions{.threads = threads}, update);
 }
 
 // Projects particles out of tools and walls, and to their side of a blade.  (19), (23), (24)
@@ -228,29 +223,28 @@ void Reference::project(double dt)
     const Colliders<double> tools = colliders();
     const PushoutLimits<double> pushout = pushout_limits(step_limits(scene));
     struct Sums {
-        long projected = 0, far = 0, confined = 0, sliced_off = 0;
+        Counts<long> counts{};
         std::uint32_t touched = 0;
         double deepest = 0;
         void operator+=(const Sums& s)
         {
-            projected += s.projected, far += s.far, confined += s.confined;
-            sliced_off += s.sliced_off, touched |= s.touched;
+            counts += s.counts, touched |= s.touched;
             deepest = std::fmax(deepest, s.deepest);
         }
     };
     const auto update = [&](std::size_t i, Sums& sums) {
         Particle<double>& p = q[i];
         if (blades && scene.passes > 0)
-            sums.sliced_off += cut(p, tools, active, scene.lattice.dx, sums.touched);
+            sums.counts[Count::covered] += cut(p, tools, active, scene.lattice.dx, sums.touched);
         depth[i] =
             knead::project(p, tools, active, scene.passes, pushout, per_cell[i], dt, sums.touched);
-        sums.projected += depth[i] > 0, sums.far += depth[i] > scene.lattice.dx;
+        sums.counts[Count::projected] += depth[i] > 0;
+        sums.counts[Count::moved_far] += depth[i] > scene.lattice.dx;
         sums.deepest = std::fmax(sums.deepest, depth[i]);
-        sums.confined += confine(p, walls);
+        sums.counts[Count::confined] += confine(p, walls);
     };
     const Sums all = parallel_sum<Sums>(q.size(), LoopOptions{.threads = threads}, update);
-    stats.projected += all.projected, stats.moved_far += all.far, stats.confined += all.confined,
-        covered += all.sliced_off, stats.touched |= all.touched;
+    stats.counts += all.counts, stats.touched |= all.touched;
     stats.found_depth = std::fmax(stats.found_depth, all.deepest - pushout.skin);
 }
 
@@ -260,12 +254,13 @@ void Reference::plasticity(double dt)
     const auto update = [&](std::size_t i, long& yielded) {
         yielded += yield(q[i], scene.materials[std::size_t(q[i].object)], dt);
     };
-    stats.yielded += parallel_sum<long>(q.size(), LoopOptions{.threads = threads}, update);
+    stats[Count::yielded] += parallel_sum<long>(q.size(), LoopOptions{.threads = threads}, update);
 }
 
 void Reference::repair()
 {
-    for (std::size_t i = 0; i < q.size(); ++i) stats.repaired += knead::repair(q[i], before[i]);
+    for (std::size_t i = 0; i < q.size(); ++i)
+        stats[Count::repaired] += knead::repair(q[i], before[i]);
 }
 
 // Gaussians are advected and deformed by the velocities around them, kept within walls and, if
@@ -275,14 +270,7 @@ void Reference::deform(const Lag& lag, bool clear)
     const Lattice<double>& lattice = scene.lattice;
     const Colliders<double> tools = colliders();
     const double per_mass = 1 / lightest_particle(scene);
-    struct Sums {
-        long stranded = 0, projected = 0, repaired = 0;
-        void operator+=(const Sums& s)
-        {
-            stranded += s.stranded, projected += s.projected, repaired += s.repaired;
-        }
-    };
-    const auto update = [&](std::size_t i, Sums& sums) {
+    const auto update = [&](std::size_t i, Counts<long>& counts) {
         Gaussian<double>& g = splats[i];
         const Gaussian<double> start = g;
         const Int3 base = base_node(g.x, lattice.spacing);
@@ -291,15 +279,15 @@ void Reference::deform(const Lag& lag, bool clear)
             return node_share(field[std::size_t(lattice.index(base + step))], per_mass);
         };
         if (!knead::deform(g, lattice.spacing, lag.each<double>(), lag.substeps, node))
-            sums.stranded += lag.substeps;
+            counts[Count::stranded] += lag.substeps;
         keep_within(g, walls);
         if (clear)
-            sums.projected += keep_out(g, tools, active, scene.passes, blades, walls, lattice.dx);
-        sums.repaired += knead::repair(g, start);
+            counts[Count::splats_projected] +=
+                keep_out(g, tools, active, scene.passes, blades, walls, lattice.dx);
+        counts[Count::splats_repaired] += knead::repair(g, start);
     };
-    const Sums all = parallel_sum<Sums>(splats.size(), LoopOptions{.threads = threads}, update);
-    stats.stranded += all.stranded, stats.splats_projected += all.projected;
-    stats.splats_repaired += all.repaired;
+    stats.counts +=
+        parallel_sum<Counts<long>>(splats.size(), LoopOptions{.threads = threads}, update);
 }
 
 // End of a frame: the start of a stroke clears old labels near the blade; its end labels complete
@@ -307,9 +295,10 @@ void Reference::deform(const Lag& lag, bool clear)
 void Reference::end_cuts()
 {
     if (!blades) return;
+    const bool covered = stats[Count::covered] > 0;
     const auto everywhere = [&](Vec3<double>) -> const Mask& { return active; };
-    relabel_pieces(q, splats, scene.lattice, colliders(), everywhere, covered > 0, was_covered);
-    was_covered = covered > 0;
+    relabel_pieces(q, splats, scene.lattice, colliders(), everywhere, covered, was_covered);
+    was_covered = covered;
 }
 
 Colliders<double> Reference::colliders() const

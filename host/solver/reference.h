@@ -82,7 +82,6 @@ class Reference : public Simulator {
     Mask active{};             // primitives of active tools
     bool blades;               // a tool is a blade, or clay has been cut
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
-    long covered = 0;          // particle-substeps of this frame at a blade
     FrameStats stats;
     int threads;
 };

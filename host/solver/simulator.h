@@ -10,6 +10,7 @@
 #include "cuda/contact/contact.h"
 #include "cuda/contact/skinning.h"
 #include "host/solver/counters.h"
+#include "host/solver/frame_stats.h"
 #include "host/solver/setup.h"
 
 namespace knead {
@@ -29,30 +30,6 @@ struct Motion {
     {
         return tool < stretch.size() ? stretch[tool] : Stretch<float>{};
     }
-};
-
-extern const char* const limit_names[int(Limit::count)];
-
-// Statistics of one frame.
-struct FrameStats {
-    int substeps = 0;
-    double dt_min = 0, dt_max = 0;                 // [s]
-    long limits[int(Limit::count)] = {};           // substeps limited by each criterion
-    long yielded = 0, projected = 0;               // particle-substeps
-    long clipped = 0, confined = 0, repaired = 0;  // guards: clamped nodes, confined and repaired
-                                                   // particles
-    long abrupt = 0, moved_far = 0;  // guards, particle-substeps: dt |C| > 0.35; projected by more
-                                     // than a cell
-    long clipped_negligible = 0;     // clamped nodes of negligible mass
-    double found_depth = 0;          // largest penetration before projection [m]
-    std::uint32_t touched = 0;       // bits, tool_bit(): tools with particles inside or at a blade
-    long active_blocks = 0;          // in the last substep
-    long moved = 0;     // particle-substeps computed; < particles * substeps if clay slept
-    long woken = 0;     // sleeping blocks woken by a push
-    long stranded = 0;  // Gaussian-substeps without clay in reach: not moved
-    long splats_projected = 0, splats_repaired = 0;  // Gaussian-substeps, as for particles above
-    bool cut = false;                                // ended early by the StopCheck
-    double reached = 0;                              // if cut: simulated part of the frame [s]
 };
 
 // Progress of a frame between two substeps.

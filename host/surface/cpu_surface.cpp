@@ -103,7 +103,7 @@ void soften(const Field& f, const std::vector<float>& from, std::vector<float>& 
 }
 
 // Numbers of triangles and vertices in one row of cells; then prefix sums over the rows.
-struct Count {
+struct RowCount {
     std::int64_t vertices = 0, triangles = 0;
 };
 
@@ -137,9 +137,9 @@ struct Marcher {
         for (Size i = stride.row(n); n.x < f.size.x - 1; ++n.x, ++i) visit(n, i);
     }
 
-    Count count(int row) const
+    RowCount count(int row) const
     {
-        Count c;
+        RowCount c;
         along(row, [&](Int3, Size i) {
             const int inside = case_at(i);
             if (inside == 0 || inside == 255) return;
@@ -303,7 +303,7 @@ Mesh isosurface(const Field& f, float iso)
     const int rows = (f.size.y - 1) * (f.size.z - 1);
     if (f.value.empty() || rows <= 0) return mesh;
     Marcher marcher(f, iso);
-    std::vector<Count> before(std::size_t(rows) + 1);
+    std::vector<RowCount> before(std::size_t(rows) + 1);
     const LoopOptions many{.chunk = 64};
     parallel_for(rows, many, [&](int row) { before[row + 1] = marcher.count(row); });
     for (int row = 0; row < rows; ++row) {

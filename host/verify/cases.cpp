@@ -8,7 +8,7 @@
 #include "cuda/mpm/material.h"
 #include "host/base/machine.h"
 #include "host/solver/audit.h"
-#include "host/solver/guards.h"
+#include "host/solver/frame_stats.h"
 #include "host/solver/reference.h"
 
 namespace knead {
@@ -27,7 +27,7 @@ std::string guards(const Outcome& o, std::size_t particles)
     const auto say = [&text](const char* name, long count) {
         if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, count);
     };
-    for (const auto& [name, count] : frame_guards) say(name, o.stats.*count);
+    for (const auto& [name, count] : frame_guards) say(name, o.stats[count]);
     say("crowded", std::lround(o.crowded * double(particles)));
     return text.empty() ? "no guard" : text;
 }

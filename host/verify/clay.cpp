@@ -6,7 +6,6 @@
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/scene/presets.h"
-#include "host/solver/guards.h"
 #include "host/solver/reference.h"
 
 namespace knead {
@@ -89,15 +88,6 @@ std::vector<Particle<double>> by_id(const Simulator& solver)
 {
     const EditableSimulator* editable = solver.editable();
     return editable ? editable->save().contents.particles : solver.particles();
-}
-
-void add_to(FrameStats& all, const FrameStats& s)
-{
-    all.dt_min = all.substeps ? std::fmin(all.dt_min, s.dt_min) : s.dt_min;
-    all.dt_max = std::fmax(all.dt_max, s.dt_max);
-    all.substeps += s.substeps, all.yielded += s.yielded, all.projected += s.projected;
-    add_guards(all, s), all.clipped_negligible += s.clipped_negligible;
-    all.found_depth = std::fmax(all.found_depth, s.found_depth);
 }
 
 FrameStats drive(Simulator& solver, double frame, double end,

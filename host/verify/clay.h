@@ -29,9 +29,6 @@ int add_ball_tool(Setup& setup, double radius, ContactMode mode, double friction
 // Particles in the order of the setup, for any solver.
 std::vector<Particle<double>> by_id(const Simulator& solver);
 
-// Accumulates the counters of a frame.
-void add_to(FrameStats& all, const FrameStats& frame);
-
 // Advances in frames of `frame` [s] from t = 0 to `end` [s], with tool joints `at(t)`. Calls
 // `look(time)` after each frame; false ends the run. Returns the accumulated counters.
 FrameStats drive(Simulator& solver, double frame, double end,

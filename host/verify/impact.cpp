@@ -57,7 +57,8 @@ void taylor_bars(Verification& v)
         const std::string name = wall ? "Taylor bar: " : "Taylor bars, head-on: ";
         Check c = near(name + "length after 80 us", 1e3 * rod.length, 21.5, 0.65, "mm", advice);
         c.note = fmt::format("{} cells across the radius; clipped {}, confined {}, repaired {}",
-                             cells, rod.stats.clipped, rod.stats.confined, rod.stats.repaired);
+                             cells, rod.stats[Count::clipped], rod.stats[Count::confined],
+                             rod.stats[Count::repaired]);
         v.add(c);
         v.add(near(name + "radius of the foot", 1e3 * rod.foot, 7.1, 0.36, "mm", advice));
     }

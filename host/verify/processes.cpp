@@ -13,7 +13,7 @@
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/machine.h"
-#include "host/solver/guards.h"
+#include "host/solver/frame_stats.h"
 #include "host/verify/cases.h"
 
 namespace knead {
@@ -63,7 +63,7 @@ Json json_of(const Outcome& o)
              {"substeps", o.stats.substeps},
              {"dt_min", o.stats.dt_min}};
     for (const auto& [name, place] : numbers) all[name] = o.*place;  // NaN becomes null
-    for (const auto& [name, place] : frame_guards) all[name] = o.stats.*place;
+    for (const auto& [name, count] : frame_guards) all[name] = o.stats[count];
     return all;
 }
 
@@ -78,7 +78,7 @@ Outcome heard(const Json& all)
     o.stats.dt_min = all.at("dt_min").get<double>();
     for (const auto& [name, place] : numbers)
         o.*place = all.at(name).is_null() ? std::nan("") : all.at(name).get<double>();
-    for (const auto& [name, place] : frame_guards) o.stats.*place = all.at(name).get<long>();
+    for (const auto& [name, count] : frame_guards) o.stats[count] = all.at(name).get<long>();
     return o;
 }
 

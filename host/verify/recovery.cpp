@@ -119,8 +119,9 @@ void elastic_block(Verification& v, double radius)
         "press elastic clay less deep than the tool's radius, or expect a dent to stay";
     Check c = at_most("elastic block, " + named(radius) + ": dent left over D",
                       left.dent / (2 * radius), 0.10, "", advice);
-    c.note = fmt::format("clipped {}, confined {}, repaired {}; {} substeps", left.stats.clipped,
-                         left.stats.confined, left.stats.repaired, left.stats.substeps);
+    c.note =
+        fmt::format("clipped {}, confined {}, repaired {}; {} substeps", left.stats[Count::clipped],
+                    left.stats[Count::confined], left.stats[Count::repaired], left.stats.substeps);
     v.add(c);
     v.add(at_most("elastic block, " + named(radius) + ": farthest moved aside over D",
                   left.aside / (2 * radius), 0.10, "", advice));
@@ -218,7 +219,8 @@ void crumbs(Verification& v)
         });
     Check c = at_most("25 crumbs fall on as many small spheres at 2 m/s: the fastest after it",
                       fastest, 1.01 * fall, "m/s", "report it");
-    c.note = fmt::format("{} times found inside in {} substeps", stats.projected, stats.substeps);
+    c.note = fmt::format("{} times found inside in {} substeps", stats[Count::projected],
+                         stats.substeps);
     v.add(c);
 }
 

@@ -103,7 +103,7 @@ void on_the_flat(Verification& v, const Roller& r, int cells)
         "{:.3f} m of {:.3f}, {:.3f} m/s of {:.3f}, middle {:+.2f} dx off R; "
         "confined {}",
         b.x.x - from, right.way, b.v.x, right.speed, (b.x.y - s.walls.min.y - R) / s.lattice.dx,
-        stats.confined);
+        stats[Count::confined]);
     v.add(c);
     v.add(near(name + "speed of the rim, over that of the middle", -100 * b.turning * R / b.v.x,
                100, 3, "%", coarse));

@@ -218,8 +218,9 @@ void squeeze_part(Verification& v)
     v.add(at_most("squeeze: rigid turn against the finest",
                   std::max(coarse.turn, middle.turn) * 180 / M_PI, 0.5, "degrees", advice));
     v.add(at_most("squeeze: nodes clipped, clay put back, at all sizes",
-                  double(all[0].stats.clipped + all[1].stats.clipped + all[2].stats.clipped +
-                         all[0].stats.repaired + all[1].stats.repaired + all[2].stats.repaired),
+                  double(all[0].stats[Count::clipped] + all[1].stats[Count::clipped] +
+                         all[2].stats[Count::clipped] + all[0].stats[Count::repaired] +
+                         all[1].stats[Count::repaired] + all[2].stats[Count::repaired]),
                   0, "", "shorten the substep"));
     release_checks(v);
 }

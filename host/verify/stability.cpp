@@ -21,7 +21,7 @@ void add_row(Verification& v, const Case& c, const Outcome& o)
                      {"dt_min_us", 1e6 * o.stats.dt_min},
                      {"energy_gain", o.energy_gain},
                      {"volume", o.volume},
-                     {"clipped", double(o.stats.clipped)},
+                     {"clipped", double(o.stats[Count::clipped])},
                      {"crowded_percent", 100 * o.crowded},
                      {"densest", o.densest},
                      {"seconds", o.seconds}}});

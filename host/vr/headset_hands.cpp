@@ -115,9 +115,9 @@ void HeadsetHands::feel(const LiveState& state, Feel felt[side_count])
         now[tool.side] = true, blade[tool.side] = has_blade(tool);
     }
     for (int side = 0; side < side_count; ++side) {
-        const Feel steady = stats.yielded == 0 ? Feel::nothing
-                            : blade[side]      ? Feel::cutting
-                                               : Feel::yielding;
+        const Feel steady = stats[Count::yielded] == 0 ? Feel::nothing
+                            : blade[side]              ? Feel::cutting
+                                                       : Feel::yielding;
         if (now[side]) felt[side] = touched[side] ? steady : Feel::contact;
         touched[side] = now[side];
         cue[side].show(felt[side], newest.time);

@@ -202,7 +202,7 @@ TEST_F(BenchFolder, HandsTouchWhereTheirShapesReachIntoTheClay)
     drive(scene, *solver, &hands, std::max(0, contact - 2), [&](const FrameResult& f) {
         // In the first frame hands that have not come by themselves are found in the clay, which
         // they meet again some frames later.
-        if (f.number > 1) (f.number == 2 ? before : after) += f.stats.projected;
+        if (f.number > 1) (f.number == 2 ? before : after) += f.stats[Count::projected];
         return f.number < 12;
     });
     EXPECT_GT(after, 0);

@@ -61,7 +61,7 @@ long stroke(Simulator& solver, double rest, double x, Quat<double> turn = {1, 0,
     const auto move = [&](double to) {
         motion.from[0] = motion.to[0];
         motion.to[0].p.y = to;
-        clipped += solver.advance(motion, frame).clipped;
+        clipped += solver.advance(motion, frame)[Count::clipped];
     };
     for (int f = 1; f <= 30; ++f) move(0.45 - 0.4 * f / 30);
     for (int f = 1; f <= 15; ++f) move(0.05 + 0.6 * f / 15);

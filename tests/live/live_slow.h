@@ -28,7 +28,7 @@ struct Slow : Simulator {
             stats.substeps = i;
             if (i < count && ends_here(duration * i / count, duration, stats)) break;
         }
-        if (frames == breaks_at) stats.repaired = 1000000;
+        if (frames == breaks_at) stats[Count::repaired] = 1000000;
         return stats;
     }
     std::vector<Particle<double>> particles() const override { return {}; }

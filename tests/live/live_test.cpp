@@ -53,7 +53,7 @@ std::vector<std::uint64_t> run_bits(const LiveScene& live, int frames, long* pro
     BatchRunOptions options;
     options.frames = frames, options.audit_every = 1000000;
     const RunRecord record = run_frames(live.scene, *solver, &hands, options, {});
-    for (const FrameRow& row : record.rows) *projected += row.stats.projected;
+    for (const FrameRow& row : record.rows) *projected += row.stats[Count::projected];
     return bits(solver->particles());
 }
 

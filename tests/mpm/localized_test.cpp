@@ -28,9 +28,9 @@ TEST_P(Localized, ClayMovesInTheBoxesAndNowhereElse)
     add(s, {25, 15, 8}, {28, 17, 10});              // the block of these
     const auto held = make(s), other = awake_throughout(s);
     const FrameStats some = slab.press(*held, 1.5 * dx, 20), all = slab.press(*other, 1.5 * dx, 20);
-    EXPECT_GT(some.moved, all.moved / 8);
-    EXPECT_LT(some.moved, all.moved / 2);
-    EXPECT_EQ(some.woken, 0);
+    EXPECT_GT(some[Count::moved], all[Count::moved] / 8);
+    EXPECT_LT(some[Count::moved], all[Count::moved] / 2);
+    EXPECT_EQ(some[Count::woken], 0);
     const Particles a = held->particles(), b = other->particles();
     const double box = 10 * dx + slab.radius + s.rest.reach;
     Particles inside[2];

@@ -121,10 +121,8 @@ struct Pressed {
             return Vec3<double>{10 * dx, top + radius + 0.1 * dx - deep * f / frames, 9 * dx};
         };
         FrameStats all;
-        for (int f = 0; f < frames; ++f) {
-            const FrameStats stats = solver.advance(at(place(f), place(f + 1)), frame);
-            all.moved += stats.moved, all.woken += stats.woken;
-        }
+        for (int f = 0; f < frames; ++f)
+            add_to(all, solver.advance(at(place(f), place(f + 1)), frame));
         return all;
     }
 };

@@ -29,9 +29,9 @@ TEST_P(Rests, ClayOnTheFloorFallsAsleepCostsNothingAndStaysAsItIs)
     add(s, {7, 3, 7}, {17, 8, 17});
     const auto solver = make(s);
     FrameStats stats = solver->advance(nowhere, frame);
-    EXPECT_EQ(stats.moved, long(s.particles.size()) * stats.substeps);
+    EXPECT_EQ(stats[Count::moved], long(s.particles.size()) * stats.substeps);
     int frames = 1;
-    while (stats.moved > 0 && ++frames < 90) stats = solver->advance(nowhere, frame);
+    while (stats[Count::moved] > 0 && ++frames < 90) stats = solver->advance(nowhere, frame);
     EXPECT_LT(frames, 90) << "still awake after a second";
     const Particles asleep = solver->particles();
     const Audit before = audit(asleep, s.materials, dx);
@@ -40,8 +40,8 @@ TEST_P(Rests, ClayOnTheFloorFallsAsleepCostsNothingAndStaysAsItIs)
     EXPECT_NEAR(before.volume, audit(s.particles, s.materials, dx).volume, 1e-3 * before.volume);
     for (int f = 0; f < 100; ++f) {
         stats = solver->advance(nowhere, frame);
-        ASSERT_EQ(stats.moved, 0);
-        ASSERT_EQ(stats.woken, 0);
+        ASSERT_EQ(stats[Count::moved], 0);
+        ASSERT_EQ(stats[Count::woken], 0);
     }
     const Particles after = solver->particles();
     for (std::size_t i = 0; i < after.size(); ++i) ASSERT_TRUE(same(after[i], asleep[i])) << i;
@@ -73,7 +73,8 @@ TEST_P(Rests, ABlowWakesABarAndTravelsThroughItAsIfItHadNotSlept)
     for (int f = 0; f < 14; ++f) {
         const FrameStats stats = slept->advance(nowhere, long_frame);
         dt = other->advance(nowhere, long_frame).dt_max;
-        woken += stats.woken, min_moved = std::min(min_moved, stats.moved / stats.substeps);
+        woken += stats[Count::woken],
+            min_moved = std::min(min_moved, stats[Count::moved] / stats.substeps);
         const Particles a = slept->particles(), b = other->particles();
         if (late < 0 && far_end(b, speed) > 0.1)
             late = (far_end(b, place) - far_end(a, place)) / far_end(b, speed);
@@ -110,8 +111,8 @@ TEST_P(Rests, ClayThatFliesIntoSleepingClayWakesItWithinTheFrame)
         const auto slept = make(s), other = awake_throughout(s);
         const FrameStats stats = slept->advance(nowhere, 1.0 / 15);
         other->advance(nowhere, 1.0 / 15);
-        EXPECT_GT(stats.woken, 0);
-        EXPECT_LT(stats.moved, long(s.particles.size()) * stats.substeps * 3 / 4);
+        EXPECT_GT(stats[Count::woken], 0);
+        EXPECT_LT(stats[Count::moved], long(s.particles.size()) * stats.substeps * 3 / 4);
         const Particles a = slept->particles(), b = other->particles();
         const double first = audit(s.particles, s.materials, dx).momentum.x;
         EXPECT_NEAR(audit(a, s.materials, dx).momentum.x, first, lost * first);
@@ -130,7 +131,7 @@ TEST_P(Rests, ClayThatDriftsAgainstSleepingClayPushesItAlong)
     long slept = 0;
     for (int f = 0; f < 110; ++f) {
         const FrameStats stats = solver->advance(nowhere, frame);
-        slept += stats.moved == long(s.particles.size() - first) * stats.substeps;
+        slept += stats[Count::moved] == long(s.particles.size() - first) * stats.substeps;
     }
     EXPECT_GT(slept, 20) << "frames";
     const Particles q = solver->particles();
@@ -156,8 +157,8 @@ TEST_P(Rests, AHandThatPressesOneEndOfASlabLeavesTheOtherAsleep)
         for (int f = 0; f < 12; ++f)
             for (EditableSimulator* one : {slept.get(), other.get()})
                 one->advance(at(above, above), frame);
-        const long moved = slab.press(*slept, 1.5 * dx, 20).moved;
-        EXPECT_LT(moved, slab.press(*other, 1.5 * dx, 20).moved / 2);
+        const long moved = slab.press(*slept, 1.5 * dx, 20)[Count::moved];
+        EXPECT_LT(moved, slab.press(*other, 1.5 * dx, 20)[Count::moved] / 2);
         const Particles a = slept->particles(), b = other->particles();
         double pressed = 0;
         for (std::size_t i = 0; i < a.size(); ++i) {
@@ -193,7 +194,7 @@ TEST_P(Rests, AKnifePartsSleepingClayAndBothPiecesFallAsleep)
     const auto falls_asleep = [&] {
         const Motion above = at({0.5, 0.65, 0.375}, {0.5, 0.65, 0.375});
         for (int f = 0; f < 90; ++f)
-            if (solver->advance(above, frame).moved == 0) return true;
+            if (solver->advance(above, frame)[Count::moved] == 0) return true;
         return false;
     };
     EXPECT_TRUE(falls_asleep());
@@ -215,9 +216,9 @@ TEST_P(Rests, WhereNothingMaySleepAllIsAsWithoutTheRule)
         const Motion motion = at({0.3, 0.33 - 0.01 * f, 0.3}, {0.3, 0.32 - 0.01 * f, 0.3});
         const FrameStats a = solver->advance(motion, frame), b = plain->advance(motion, frame);
         EXPECT_EQ(a.substeps, b.substeps);
-        EXPECT_EQ(a.moved, long(s.particles.size()) * a.substeps);
-        EXPECT_EQ(b.moved, a.moved);
-        EXPECT_EQ(a.woken + b.woken, 0);
+        EXPECT_EQ(a[Count::moved], long(s.particles.size()) * a.substeps);
+        EXPECT_EQ(b[Count::moved], a[Count::moved]);
+        EXPECT_EQ(a[Count::woken] + b[Count::woken], 0);
     }
     const Particles a = solver->particles(), b = plain->particles();
     EXPECT_LT(apart(a, b).max, 1e-3);
@@ -238,8 +239,8 @@ TEST(Rest, TheBitsAreTheSameForAnyNumberOfThreads)
             s.threads = threads;
             const auto solver = cpu_solver(s);
             const long before = moved;
-            for (int f = 0; f < 3; ++f) woken += solver->advance(nowhere, frame).woken;
-            moved = slab.press(*solver, 1.5 * dx, 8).moved;
+            for (int f = 0; f < 3; ++f) woken += solver->advance(nowhere, frame)[Count::woken];
+            moved = slab.press(*solver, 1.5 * dx, 8)[Count::moved];
             if (threads > 1) {
                 EXPECT_EQ(moved, before);
             }

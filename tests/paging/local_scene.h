@@ -87,7 +87,7 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
             };
             const Motion m{at(double(f) / frames), at(double(f + 1) / frames), active};
             last = solver->advance(m, frame);
-            repaired += last.repaired;
+            repaired += last[Count::repaired];
             follow(++number, m);
             most_cubes = std::max(most_cubes, report.cubes);
         }

@@ -142,7 +142,7 @@ TEST_F(CheckpointFile, HoldsGaussiansThatFollowTheClay)
     Gaussian<double> g = gaussian_at(Vec3<double>{0.125, 0.25, 0.5}, 0);
     g.F = {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}, g.sides = below;
     c.state.contents.gaussians = {g, gaussian_at(Vec3<double>{0.5, 0.5, 0.5}, 0)};
-    c.record.rows.back().stats.stranded = 7, c.record.rows.back().splats_split = 5;
+    c.record.rows.back().stats[Count::stranded] = 7, c.record.rows.back().splats_split = 5;
     SplatCloud cloud;
     cloud.degree = 1, cloud.antialiased = true;
     for (int i = 0; i < 2; ++i) {
@@ -166,7 +166,7 @@ TEST_F(CheckpointFile, HoldsGaussiansThatFollowTheClay)
     EXPECT_TRUE(same_bits(read.state.contents.particles, c.state.contents.particles));
     EXPECT_EQ(read.state.quiet, c.state.quiet);
     EXPECT_TRUE(same_bits(read.state.sliding, c.state.sliding));
-    EXPECT_EQ(read.record.rows.back().stats.stranded, 7);
+    EXPECT_EQ(read.record.rows.back().stats[Count::stranded], 7);
     EXPECT_EQ(read.record.rows.back().splats_split, 5);
     EXPECT_TRUE(read.splats.cloud.antialiased);
     EXPECT_TRUE(same_bits(read.splats.cloud.sh, cloud.sh));

@@ -77,9 +77,9 @@ class Played : public Simulator, private StageProfile {
         if (frames == broken_at) state[0].v.x = std::nan("");
         FrameStats t;
         t.substeps = 1, t.dt_min = t.dt_max = duration, t.limits[0] = 1;
-        t.repaired = frames == repaired_at ? long(state.size()) : 0;
-        t.moved = frames == moved_at;
-        if (t.moved) state.resize(state.size() / 2);
+        t[Count::repaired] = frames == repaired_at ? long(state.size()) : 0;
+        t[Count::moved] = frames == moved_at;
+        if (t[Count::moved]) state.resize(state.size() / 2);
         return t;
     }
     std::vector<Particle<double>> particles() const override { return state; }

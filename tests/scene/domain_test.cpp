@@ -268,7 +268,7 @@ TEST(ShippedScenes, RunAFrameOnCoarseLatticesAndOnTheirOwn)
             const RunRecord record = run_frames(scene, *solver, hands.get(), options, {});
             ASSERT_EQ(record.end, End::complete) << record.trouble;
             const FrameStats& stats = record.rows.back().stats;
-            EXPECT_EQ(stats.clipped + stats.confined + stats.repaired, 0);
+            EXPECT_EQ(stats[Count::clipped] + stats[Count::confined] + stats[Count::repaired], 0);
             // A record's places are those of the file.
             Scene file = scene;
             file.origin = {};

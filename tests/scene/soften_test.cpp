@@ -196,7 +196,8 @@ TEST(Soften, AStiffBlockFallsRestsAndIsPressedByAToolInFewSubstepsWithoutAGuard)
     EXPECT_NEAR(fell, before, 0.1 * dx);
     EXPECT_LE(all.substeps, 1.1 * asked * end / frame);
     EXPECT_GT(pressed, 10 * at_rest);
-    EXPECT_EQ(all.clipped + all.repaired + all.abrupt + all.moved_far, 0);
+    EXPECT_EQ(
+        all[Count::clipped] + all[Count::repaired] + all[Count::abrupt] + all[Count::moved_far], 0);
     EXPECT_EQ(audit(solver->particles(), s.materials, dx).broken, 0);
 }
 

@@ -58,7 +58,7 @@ class Diary : public Unedited {
         text += "c" + std::to_string(collected) + " ";
         FrameStats stats;
         stats.substeps = 10 * collected;
-        stats.moved = collected == still_at ? 0 : 1;
+        stats[Count::moved] = collected == still_at ? 0 : 1;
         return stats;
     }
     std::vector<Particle<double>> particles() const override
@@ -290,7 +290,7 @@ std::vector<std::uint64_t> squeezed(const Setup& setup, EditableSimulator& solve
     if (ahead) l.submit_ahead();
     std::vector<std::uint64_t> all{0};
     l.observe([&](const FrameResult& f) {
-        all[0] += std::uint64_t(f.stats.projected);
+        all[0] += std::uint64_t(f.stats[Count::projected]);
         if (f.number > 4) waits += f.waits;
     });
     l.run();

@@ -179,7 +179,7 @@ TEST_P(Edit, ToolsMayGoAndBladesMayCome)
     solver->set_tools(blade.rig, blade.tools);
     play(*solver, 4, 3);
     solver->set_tools({}, {});
-    for (int f = 0; f < 2; ++f) EXPECT_EQ(solver->advance({}, frame).repaired, 0);
+    for (int f = 0; f < 2; ++f) EXPECT_EQ(solver->advance({}, frame)[Count::repaired], 0);
     EXPECT_TRUE(solver->config().cuts);
     EXPECT_EQ(solver->particles().size(), two_balls().particles.size());
 }
@@ -286,7 +286,7 @@ TEST_P(Edit, AllClayMayGoAndComeBack)
     const auto snapshot = solver->snapshot();
     solver->remove(0), solver->remove(1);
     EXPECT_TRUE(solver->particles().empty());
-    EXPECT_EQ(solver->advance(closing(0, frame), frame).moved, 0);
+    EXPECT_EQ(solver->advance(closing(0, frame), frame)[Count::moved], 0);
     EXPECT_TRUE(solver->penetration().empty());
     const Particles more = clay_around({0.5, 0.5, 0.5}, 0.1, dx);
     EXPECT_EQ(solver->add(snow(dx), more), 2);
@@ -307,7 +307,7 @@ TEST_P(Edit, OnlyWhatAnEditTouchesWakes)
     const auto solver = make(s);
     FrameStats stats;
     for (int f = 0; f < 10; ++f) stats = solver->advance({}, frame);
-    EXPECT_EQ(stats.moved, 0);
+    EXPECT_EQ(stats[Count::moved], 0);
     const RigidMotion<double> up{{1, 0, 0, 0}, {0, 0.2, 0}};
     solver->move(1, up);
     stats = solver->advance({}, frame);
@@ -316,12 +316,12 @@ TEST_P(Edit, OnlyWhatAnEditTouchesWakes)
         for (const Particle<double>& p : s.particles) n += p.object == object;
         return n * stats.substeps;
     };
-    EXPECT_GE(stats.moved, of(1));
-    EXPECT_LT(stats.moved, of(0) + of(1));
+    EXPECT_GE(stats[Count::moved], of(1));
+    EXPECT_LT(stats[Count::moved], of(0) + of(1));
     const SavedState state = solver->save();
     const auto other = make(s);
     other->load(state);
-    EXPECT_EQ(solver->advance({}, frame).moved, other->advance({}, frame).moved);
+    EXPECT_EQ(solver->advance({}, frame)[Count::moved], other->advance({}, frame)[Count::moved]);
 }
 
 // Whatever comes in whatever order: nobody is lost, nothing breaks.
@@ -375,7 +375,7 @@ TEST_P(Edit, AThousandRandomEditsKeepTheBooks)
         }
         if (round % 10 == 0) {
             const FrameStats stats = solver->advance(closing(0.02, 1e-3), 1e-3);
-            ASSERT_EQ(stats.repaired, 0) << round;
+            ASSERT_EQ(stats[Count::repaired], 0) << round;
         }
         if (round % 50 != 0) continue;
         std::vector<std::size_t> found(solver->config().materials.size(), 0);

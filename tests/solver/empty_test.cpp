@@ -20,7 +20,7 @@ TEST_P(WithoutClay, BeginsAndTakesItLater)
     for (Particle<double>& p : full.particles) p.object = 1;
     const auto later = GetParam().make(bare), once = GetParam().make(full);
     EXPECT_TRUE(later->particles().empty());
-    EXPECT_EQ(later->advance(closing(0, frame), frame).moved, 0);
+    EXPECT_EQ(later->advance(closing(0, frame), frame)[Count::moved], 0);
     EXPECT_TRUE(later->penetration().empty());
     EXPECT_EQ(later->add(full.materials[1], full.particles), 1);
     const auto edited = GetParam().make(full);  // rows to build an edit in have room, too
@@ -29,7 +29,7 @@ TEST_P(WithoutClay, BeginsAndTakesItLater)
         << "of nodes about the clay alone";
     long projected = 0;
     for (int f = 0; f < 4; ++f) {
-        projected += later->advance(closing(f * frame, frame), frame).projected;
+        projected += later->advance(closing(f * frame, frame), frame)[Count::projected];
         once->advance(closing(f * frame, frame), frame);
     }
     EXPECT_GT(projected, 0);

@@ -66,7 +66,7 @@ TEST_P(FollowInTime, AtTheEndOfAnyFrameTheyHaveFlownForAllOfIt)
         const FrameStats stats = solver->advance({}, n * dt);
         time += n * dt;
         EXPECT_EQ(stats.substeps, n);
-        EXPECT_EQ(stats.stranded, 0);
+        EXPECT_EQ(stats[Count::stranded], 0);
         const Off o = off(s, *solver, time * v, 0, 1);
         EXPECT_LT(o.x, 1e-4) << n << " substeps: cells";
         EXPECT_LT(o.F, 1e-3) << n;

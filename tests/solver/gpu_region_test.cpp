@@ -112,8 +112,9 @@ struct Result {
 
 void count(Result& r, const FrameStats& t)
 {
-    r.counts.insert(r.counts.end(), {long(t.substeps), t.yielded, t.projected, t.confined,
-                                     t.repaired, t.moved, t.woken});
+    r.counts.insert(r.counts.end(),
+                    {long(t.substeps), t[Count::yielded], t[Count::projected], t[Count::confined],
+                     t[Count::repaired], t[Count::moved], t[Count::woken]});
 }
 
 Result played(const Given& s, RegionPadding room, int frames, Motion (*motion)(int))

@@ -67,8 +67,8 @@ Result played(Simulator& solver, int frames)
     Result r;
     for (int f = 0; f < frames; ++f) {
         r.last = solver.advance(closing(f * frame, frame), frame);
-        r.substeps += r.last.substeps, r.projected += r.last.projected;
-        r.repaired += r.last.repaired, r.yielded += r.last.yielded;
+        r.substeps += r.last.substeps, r.projected += r.last[Count::projected];
+        r.repaired += r.last[Count::repaired], r.yielded += r.last[Count::yielded];
     }
     r.particles = solver.particles();
     r.depths = solver.penetration();
@@ -141,7 +141,7 @@ TEST_F(GpuSolver, DeterministicRunsAgreeToTheBit)
                     p.v.y == q.v.y && p.v.z == q.v.z && p.e.xx == q.e.xx && p.k == q.k)
             << i;
     }
-    EXPECT_EQ(a.last.yielded, b.last.yielded);
+    EXPECT_EQ(a.last[Count::yielded], b.last[Count::yielded]);
     EXPECT_EQ(a.last.dt_min, b.last.dt_min);
 }
 
@@ -165,10 +165,10 @@ TEST_F(GpuSolver, PassesThroughToolsThatAreNotActive)
     Motion motion = closing(0.11, frame);
     motion.active = {0, 0};
     const FrameStats t = solver->advance(motion, frame);
-    EXPECT_EQ(t.projected, 0);
+    EXPECT_EQ(t[Count::projected], 0);
     EXPECT_TRUE(solver->penetration().empty());
     motion.active = {0, 1};
-    EXPECT_GT(solver->advance(motion, frame).projected, 0);
+    EXPECT_GT(solver->advance(motion, frame)[Count::projected], 0);
 }
 
 TEST_F(GpuSolver, TakesPreciselyTheFixedStepsOfAFrame)
@@ -190,7 +190,8 @@ TEST_F(GpuSolver, PutsAParticleBackThatIsNotANumber)
     s.particles[500].v.x = std::nan("");
     const auto solver = gpu_solver(s, 0);
     long repaired = 0;
-    for (int f = 0; f < 3; ++f) repaired += solver->advance(closing(0, frame), frame).repaired;
+    for (int f = 0; f < 3; ++f)
+        repaired += solver->advance(closing(0, frame), frame)[Count::repaired];
     EXPECT_GT(repaired, 0);
     for (const Particle<double>& q : solver->particles())
         ASSERT_TRUE(std::isfinite(length(q.x)) && std::isfinite(length(q.v)));
@@ -247,7 +248,7 @@ TEST_F(GpuSolver, TakesAFrameWhileAnotherIsUnderWay)
         if (f == 1) {
             EXPECT_THROW(solver->submit(closing(0, frame), frame), std::logic_error);
         }
-        projected += solver->collect().projected;
+        projected += solver->collect()[Count::projected];
     }
     const char* graph = std::getenv("KNEAD_GRAPH");  // "0": substep by substep, each of them waits
     EXPECT_TRUE(waits == 0 || (graph && std::string(graph) == "0")) << waits;

@@ -42,7 +42,7 @@ void expect_the_references(const Maker& make)
     const auto play_ring = [&](Simulator& solver) {
         // One frame: the beads are smaller than a cell, and each frame multiplies by some 20 what
         // rounding made of a depth.
-        return solver.advance({ring(0, 0.58), ring(0.05, 0.57), {1}}, frame).projected;
+        return solver.advance({ring(0, 0.58), ring(0.05, 0.57), {1}}, frame)[Count::projected];
     };
     const auto solver = make(s);
     Reference reference(s);

@@ -194,7 +194,7 @@ TEST_P(EachBackEnd, LiquidsAndRubberInOneCellMoveAsInTheReference)
     Reference reference(s);
     int substeps = 0;
     for (int f = 0; f < 4; ++f) {
-        EXPECT_EQ(solver->advance(Motion{}, frame).repaired, 0);
+        EXPECT_EQ(solver->advance(Motion{}, frame)[Count::repaired], 0);
         substeps += reference.advance(Motion{}, frame).substeps;
     }
     EXPECT_GT(substeps, 100);
@@ -217,7 +217,7 @@ TEST_P(EachBackEnd, RubberBetweenToolsMovesAsInTheReference)
             const Motion m = closing(f * frame, frame);
             const FrameStats mine = solver->advance(m, frame);
             substeps += reference.advance(m, frame).substeps;
-            EXPECT_EQ(mine.repaired, 0);
+            EXPECT_EQ(mine[Count::repaired], 0);
         }
         EXPECT_GT(substeps, 100);
         EXPECT_LT(farthest(solver->particles(), reference.particles()), 1e-2 * s.lattice.dx);

@@ -122,9 +122,7 @@ Outcome outcome(Simulator& solver, const Played& p)
     Outcome o;
     for (const Motion& m : p.motions) {
         const FrameStats s = solver.advance(m, p.duration);
-        o.sum.substeps += s.substeps, o.sum.projected += s.projected, o.sum.yielded += s.yielded;
-        o.sum.clipped += s.clipped, o.sum.repaired += s.repaired + s.splats_repaired;
-        o.sum.stranded += s.stranded, o.sum.splats_projected += s.splats_projected;
+        add_to(o.sum, s);
     }
     o.particles = solver.particles(), o.gaussians = solver.gaussians();
     return o;
@@ -210,33 +208,35 @@ class RecordedRun : public AgainstTheReference {
         const Outcome mine = outcome(*GetParam().make(p.setup), p);
         EXPECT_EQ(mine.sum.substeps, frames * substeps);
         EXPECT_EQ(wanted.sum.substeps, frames * substeps);
-        EXPECT_EQ(mine.sum.repaired + wanted.sum.repaired, 0);
+        for (const FrameStats* sum : {&mine.sum, &wanted.sum})
+            EXPECT_EQ((*sum)[Count::repaired] + (*sum)[Count::splats_repaired], 0);
         ASSERT_EQ(mine.particles.size(), wanted.particles.size());
         const Error e = error(p.setup, mine.particles, wanted.particles);
         if (std::getenv("KNEAD_SHOW"))
             std::printf(
                 "%s: rms %.2g max %.2g cells, volume %.2g, momentum %.2g; moved %.2g cells, "
                 "projected %ld %ld, yielded %ld %ld, labelled %ld, %ld otherwise\n",
-                name.c_str(), e.rms, e.max, e.volume, e.momentum, e.moved, mine.sum.projected,
-                wanted.sum.projected, mine.sum.yielded, wanted.sum.yielded, e.labelled,
-                e.other_labels);
+                name.c_str(), e.rms, e.max, e.volume, e.momentum, e.moved,
+                mine.sum[Count::projected], wanted.sum[Count::projected], mine.sum[Count::yielded],
+                wanted.sum[Count::yielded], e.labelled, e.other_labels);
         const SplatError g = error(p.setup, mine.gaussians, wanted.gaussians);
         if (std::getenv("KNEAD_SHOW"))
             std::printf(
                 "  Gaussians: rms %.2g max %.2g cells; F rms %.2g max %.2g of up to %.2g; "
                 "projected %ld %ld, stranded %ld %ld, %ld labelled otherwise\n",
-                g.rms, g.max, g.rms_F, g.max_F, g.strained, mine.sum.splats_projected,
-                wanted.sum.splats_projected, mine.sum.stranded, wanted.sum.stranded,
-                g.other_labels);
+                g.rms, g.max, g.rms_F, g.max_F, g.strained, mine.sum[Count::splats_projected],
+                wanted.sum[Count::splats_projected], mine.sum[Count::stranded],
+                wanted.sum[Count::stranded], g.other_labels);
         EXPECT_LT(g.rms, max_rms) << "cells";
         EXPECT_LT(g.max, max_off) << "cells";
         EXPECT_LT(g.rms_F, max_rms_F);
         EXPECT_LT(g.max_F, max_off_F);
         EXPECT_GT(g.strained, 250 * max_off_F);
         EXPECT_LE(g.other_labels, 5);
-        EXPECT_EQ(mine.sum.stranded, wanted.sum.stranded);
-        EXPECT_NEAR(double(mine.sum.splats_projected), double(wanted.sum.splats_projected),
-                    0.01 * double(wanted.sum.splats_projected) + 1);
+        EXPECT_EQ(mine.sum[Count::stranded], wanted.sum[Count::stranded]);
+        EXPECT_NEAR(double(mine.sum[Count::splats_projected]),
+                    double(wanted.sum[Count::splats_projected]),
+                    0.01 * double(wanted.sum[Count::splats_projected]) + 1);
         EXPECT_LT(e.rms, max_rms) << "cells";
         EXPECT_LT(e.max, max_off) << "cells";
         EXPECT_LT(e.volume, max_volume);
@@ -248,12 +248,12 @@ class RecordedRun : public AgainstTheReference {
         if (blade) {
             EXPECT_GT(e.labelled, 100);
         } else if (!p.setup.tools.empty()) {
-            EXPECT_GT(wanted.sum.projected, 100);
+            EXPECT_GT(wanted.sum[Count::projected], 100);
         }
-        EXPECT_NEAR(double(mine.sum.projected), double(wanted.sum.projected),
-                    0.01 * double(wanted.sum.projected) + 1);
-        EXPECT_NEAR(double(mine.sum.yielded), double(wanted.sum.yielded),
-                    0.01 * double(wanted.sum.yielded));
+        EXPECT_NEAR(double(mine.sum[Count::projected]), double(wanted.sum[Count::projected]),
+                    0.01 * double(wanted.sum[Count::projected]) + 1);
+        EXPECT_NEAR(double(mine.sum[Count::yielded]), double(wanted.sum[Count::yielded]),
+                    0.01 * double(wanted.sum[Count::yielded]));
     }
 };
 INSTANTIATE_TEST_SUITE_P(Solver, RecordedRun, ::testing::ValuesIn(back_ends),

@@ -167,7 +167,7 @@ TEST_P(ThinTool, LeavesNoParticleDeepInsideAndLosesNone)
         x += speed * dx;
         m.to[0].p.x = x;
         const FrameStats stats = solver->advance(m, shortly);
-        projected += stats.projected;
+        projected += stats[Count::projected];
         for (double d : solver->penetration()) ASSERT_LT(d, 0.375 * dx + 1e-6);
     }
     EXPECT_GT(projected, 100) << "the rod met nothing";
@@ -281,7 +281,7 @@ TEST(Solver, AParticleThatIsNotANumberIsPutBackAndCounted)
     s.particles[100].C.a.x = NAN;
     const auto solver = cpu_solver(s);
     const FrameStats stats = solver->advance(still(), frame);
-    EXPECT_GT(stats.repaired, 0);
+    EXPECT_GT(stats[Count::repaired], 0);
     for (const auto& p : solver->particles())
         EXPECT_TRUE(std::isfinite(p.x.x + p.v.x + p.e.xx + p.C.a.x));
 }

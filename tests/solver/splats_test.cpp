@@ -92,7 +92,8 @@ TEST_P(Follow, OfASpinningBallTheyTurnWithItAndKeepItsVolume)
     FrameStats stats;
     double time = 0;
     for (int f = 0; f < 30; ++f, time += frame) stats = solver->advance({}, frame);
-    EXPECT_EQ(stats.stranded + stats.splats_projected + stats.splats_repaired, 0);
+    EXPECT_EQ(
+        stats[Count::stranded] + stats[Count::splats_projected] + stats[Count::splats_repaired], 0);
     const Off o = off(*solver);
     EXPECT_LT(o.max, 0.01) << "cells";
     EXPECT_LT(o.volume, 5e-4);
@@ -157,7 +158,7 @@ TEST(FollowReference, NoneStaysInATool)
     for (int f = 0; f < 30; ++f) {
         const double t = 0.16 + f * frame;
         const auto at = [](double time) { return wrists(0.31 - std::fmin(time, 0.22), 0); };
-        projected += solver.advance({at(t), at(t + frame), {1, 1}}, frame).splats_projected;
+        projected += solver.advance({at(t), at(t + frame), {1, 1}}, frame)[Count::splats_projected];
         double deepest = 0;
         for (const auto& g : solver.gaussians()) {
             const auto hit = deepest_contact(solver.colliders(), solver.acting(), g.x);
@@ -184,7 +185,7 @@ TEST_P(Follow, WhatFloatsStaysInFrontOfASwiftTool)
             s.gaussians.push_back(gaussian_at(middle + Vec3<double>{side * 0.2, y, 0}, 0));
     const auto solver = make(s);
     const FrameStats stats = solver->advance({wrists(0.3, 0), wrists(0.06, 0), {1, 1}}, frame);
-    EXPECT_GE(stats.splats_projected, 6);
+    EXPECT_GE(stats[Count::splats_projected], 6);
     for (const auto& g : solver->gaussians()) EXPECT_LT(std::fabs(g.x.x - 0.5), 0.06);
 }
 
@@ -196,7 +197,7 @@ TEST_P(Follow, FarFromClayTheyStayAndAreCounted)
     s.gaussians = {gaussian_at(far, 0), gaussian_at(middle, 0)};
     const auto solver = make(s);
     const FrameStats stats = solver->advance({}, frame);
-    EXPECT_EQ(stats.stranded, stats.substeps);
+    EXPECT_EQ(stats[Count::stranded], stats.substeps);
     EXPECT_LT(length(solver->gaussians()[0].x - far), 1e-7);
     EXPECT_LT(solver->gaussians()[1].x.y, 0.5);
 }
@@ -241,7 +242,7 @@ TEST_P(FollowEdits, StillClayCarriesStillGaussiansAndThoseOfWokenClayGoWithIt)
         ASSERT_EQ(determinant(before[i].F), 1);
     }
     long woken = 0;
-    for (int f = 0; f < 20; ++f) woken += solver->advance({}, frame).woken;
+    for (int f = 0; f < 20; ++f) woken += solver->advance({}, frame)[Count::woken];
     EXPECT_GT(woken, 0);
     const Off o = off(*solver);
     EXPECT_LT(o.mean, 0.02) << "cells";

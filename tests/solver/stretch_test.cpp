@@ -49,7 +49,7 @@ TEST_P(Stretched, ToolsAreThoseOfARigOfTheirSize)
     const auto usual = GetParam().make(between_tools(false));
     long projected = 0;
     for (int f = 0; f < 4; ++f) {
-        projected += solver->advance(moving(f, true), frame).projected;
+        projected += solver->advance(moving(f, true), frame)[Count::projected];
         large->advance(moving(f, false), frame), usual->advance(moving(f, false), frame);
     }
     EXPECT_GT(projected, 0);

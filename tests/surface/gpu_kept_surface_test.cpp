@@ -120,8 +120,8 @@ TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhileClayFliesIntoClayThatSleeps)
     const long count = long(s.particles.size());
     const SurfaceWork work = followed(s, 20, [&](Simulator& solver, int f) {
         const FrameStats t = solver.advance(closing(f * frame, frame), frame);
-        EXPECT_GT(t.moved, 0);
-        EXPECT_LT(t.moved, t.substeps * count);
+        EXPECT_GT(t[Count::moved], 0);
+        EXPECT_LT(t[Count::moved], t.substeps * count);
     });
     EXPECT_GT(work.deposited, 100);
     EXPECT_LT(work.deposited, work.softened);
@@ -132,7 +132,7 @@ TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhereClayIsWokenByAPush)
 {
     long woken = 0;
     followed(thrown(lumps()), 12, [&](Simulator& solver, int f) {
-        woken += solver.advance(closing(f * frame, frame), frame).woken;
+        woken += solver.advance(closing(f * frame, frame), frame)[Count::woken];
     });
     EXPECT_GT(woken, 0);
 }
@@ -144,7 +144,7 @@ TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhereOnlyClayNearToolsMoves)
     s.rest = {RestMode::localized, 0.01, 1, 5, 0.04};
     long projected = 0;
     const SurfaceWork work = followed(s, 12, [&](Simulator& solver, int f) {
-        projected += solver.advance(closing((f - 1) * frame, frame), frame).projected;
+        projected += solver.advance(closing((f - 1) * frame, frame), frame)[Count::projected];
     });
     EXPECT_GT(projected, 0);
     EXPECT_LT(double(work.softened), 0.9 * double(work.blocks));
@@ -186,7 +186,7 @@ TEST_F(GpuKeptSurface, IsNotMadeAgainWhereNothingMoves)
         const auto first = kept.surface(*solver->clay());
         ASSERT_EQ(first.size(), 2u);
         for (int round = 0; round < 3; ++round) {
-            EXPECT_EQ(solver->advance(closing(0, frame), frame).moved, 0);
+            EXPECT_EQ(solver->advance(closing(0, frame), frame)[Count::moved], 0);
             SurfaceStats stats;
             EXPECT_TRUE(same_bits(kept.surface(*solver->clay(), &stats), first));
             EXPECT_EQ(kept.work().deposited, 0);
@@ -251,7 +251,7 @@ TEST_F(GpuKeptSurface, SaysEachTimeThatClayIsTooDense)
     GpuSurface kept(s.particles, s.materials, rule_of(64));
     for (int round = 0; round < 3; ++round) {
         EXPECT_THROW(kept.surface(*solver->clay()), std::runtime_error) << round;
-        EXPECT_GT(solver->advance(closing(0, frame), frame).moved, 0);
+        EXPECT_GT(solver->advance(closing(0, frame), frame)[Count::moved], 0);
     }
 }
 

@@ -259,7 +259,7 @@ TEST(HeadsetHands, feel_contact_where_a_tool_touches)
     state.tools.push_back({right, "", true, 1, {}});
     hands.feel(state, felt);
     EXPECT_EQ(felt[right], Feel::nothing);
-    state.version = 2, state.frame.stats.touched = 1, state.frame.stats.yielded = 9;
+    state.version = 2, state.frame.stats.touched = 1, state.frame.stats[Count::yielded] = 9;
     hands.feel(state, felt);
     EXPECT_EQ(felt[right], Feel::contact);
     EXPECT_EQ(felt[left], Feel::nothing);
@@ -278,7 +278,7 @@ TEST(HeadsetHands, feel_each_what_it_touches_itself)
     LiveState state;
     state.tools.push_back({left, "", true, 1, {}});
     state.tools.push_back({right, "", true, 1, {}});
-    state.frame.stats.touched = 1, state.frame.stats.yielded = 9;
+    state.frame.stats.touched = 1, state.frame.stats[Count::yielded] = 9;
     const auto feel = [&] {
         ++state.version;
         hands.feel(state, felt);
@@ -292,7 +292,7 @@ TEST(HeadsetHands, feel_each_what_it_touches_itself)
     feel();
     EXPECT_EQ(felt[left], Feel::cutting);
     EXPECT_GT(strength_of(Feel::cutting), strength_of(Feel::yielding));
-    state.frame.stats.yielded = 0;
+    state.frame.stats[Count::yielded] = 0;
     feel();
     EXPECT_EQ(felt[left], Feel::nothing) << "it rests";
     state.frame.stats.touched = 3;

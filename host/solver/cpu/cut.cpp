@@ -49,7 +49,7 @@ MirrorSet CpuSolver<R>::updated(Int3 n, R mass) const
 // Updates node n of block b and its mirror images across walls. Near a cut each label has its own
 // velocity, and the labels do not interpenetrate (24), (25).
 template <class R>
-void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, Counts& c)
+void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, ThreadStats& c)
 {
     const R light = R(negligible_mass(scene));
     const Colliders<R> colliders = posed.colliders();
@@ -68,8 +68,8 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, Counts& c
         for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], mirror_node(n, across, k));
         update_mirrors(
             n, across, lattice, walls, gravity, dt, InArray<R>{v[f]}, tools,
-            [&](R mass) { ++(mass > light ? c.clipped : c.clipped_negligible); }, slides(f),
-            [&](Int3 m) { return summed(sums[0], m).m; });
+            [&](R mass) { ++c[mass > light ? Count::clipped : Count::clipped_negligible]; },
+            slides(f), [&](Int3 m) { return summed(sums[0], m).m; });
     }
     for (int k = 0; k < count; ++k) {
         const Int3 m = mirror_node(n, across, k);
@@ -87,7 +87,7 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, Counts& c
 
 // Grid update of a block near a cut.
 template <class R>
-void CpuSolver<R>::split_update(int b, R dt, Counts& c)
+void CpuSolver<R>::split_update(int b, R dt, ThreadStats& c)
 {
     const Int3 block = lattice.block_at(b);
     for (int l = 0; l < block_nodes; ++l) {
@@ -110,8 +110,8 @@ void CpuSolver<R>::finish_cuts(bool covered)
 
 template bool CpuSolver<float>::find_splits();
 template MirrorSet CpuSolver<float>::updated(Int3, float) const;
-template void CpuSolver<float>::update_mirror_set(int, Int3, Int3, float, Counts&);
-template void CpuSolver<float>::split_update(int, float, Counts&);
+template void CpuSolver<float>::update_mirror_set(int, Int3, Int3, float, ThreadStats&);
+template void CpuSolver<float>::split_update(int, float, ThreadStats&);
 template void CpuSolver<float>::finish_cuts(bool);
 
 }  // namespace knead

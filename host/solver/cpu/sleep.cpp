@@ -76,7 +76,7 @@ void CpuSolver<R>::wake_roused(FrameStats& stats)
         const int from = bins.home[std::size_t(b)], to = bins.home[std::size_t(b) + 1];
         for (int i = from; i < to; ++i) q[std::size_t(i)].hold(false);
         for_each_splat(b, [&](Gaussian<R>& g) { g.hold(false); });
-        stats.woken += from < to, any = true;
+        stats[Count::woken] += from < to, any = true;
     });
     if (any) bins.bin_only(stillness.listed);
 }

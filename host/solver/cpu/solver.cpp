@@ -29,7 +29,7 @@ CpuSolver<R>::CpuSolver(const Setup& given)
     for (const Gaussian<double>& g : given.gaussians) splats.push_back(cast<R>(g));
     renumber();
     apply_config();
-    counts.resize(std::size_t(threads));
+    thread_stats.resize(std::size_t(threads));
 }
 
 template <class R>
@@ -37,7 +37,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
 {
     FrameStats stats;
     for (StageTime& t : stage_times) t.seconds = 0;
-    for (Counts& c : counts) c = {};
+    for (ThreadStats& t : thread_stats) t = {};
     const StepLimits limits = step_limits(scene);
     pushout = cast<R>(pushout_limits(limits));
     const bool tools = !posed.bindings.empty();
@@ -80,12 +80,12 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         if (last) break;
         step = next;
     }
-    Counts all;
-    for (const Counts& c : counts) all.add(c);
-    if (posed.blades) finish_cuts(all.covered > 0);
+    ThreadStats all;
+    for (const ThreadStats& t : thread_stats) all.add(t);
+    if (posed.blades) finish_cuts(all[Count::covered] > 0);
     all.put_into(stats, double(pushout.skin));
     stats.active_blocks = long(bins.reached.size());
-    arranged = all.moved == 0, ++changes;
+    arranged = all[Count::moved] == 0, ++changes;
     // The three particle stages of a block run in sequence on one thread: divide the wall time in
     // proportion to their sampled stage_times.
     const double inner =
@@ -121,7 +121,7 @@ template <class R>
 void CpuSolver<R>::p2g(R dt)
 {
     for (int f = 0; f < (posed.blades ? 3 : 1); ++f) sums[f].resize(bins.occupied.size());
-    for_each(int(bins.occupied.size()), stage_p2g, [&](int slot, Counts&) {
+    for_each(int(bins.occupied.size()), stage_p2g, [&](int slot, ThreadStats&) {
         const int block = bins.occupied[std::size_t(slot)];
         if (!split.empty() && split[std::size_t(block)]) return scatter_cut(slot, dt);
         Tile<R>& tile = sums[0][std::size_t(slot)];
@@ -208,7 +208,7 @@ void CpuSolver<R>::grid_update(R dt)
     const Colliders<R> colliders = posed.colliders();
     const R light = R(negligible_mass(scene));
     ++substeps;
-    for_each(int(bins.reached.size()), stage_grid, [&](int t, Counts& c) {
+    for_each(int(bins.reached.size()), stage_grid, [&](int t, ThreadStats& c) {
         const int b = bins.reached[std::size_t(t)];
         if (!split.empty() && split[std::size_t(b)]) return split_update(b, dt, c);
         const Int3 block = lattice.block_at(b);
@@ -232,7 +232,7 @@ void CpuSolver<R>::grid_update(R dt)
             grid[0][std::size_t(b) * block_nodes + std::size_t(l)] =
                 update(sum[l], n, lattice, walls, gravity, dt, clipped, hands, slides(0),
                        [&](Int3 m) { return summed(sums[0], m).m; });
-            if (clipped) ++(sum[l].m > light ? c.clipped : c.clipped_negligible);
+            if (clipped) ++c[sum[l].m > light ? Count::clipped : Count::clipped_negligible];
         }
     });
 }
@@ -259,7 +259,7 @@ void CpuSolver<R>::load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<
 template <class R>
 void CpuSolver<R>::g2p(R dt)
 {
-    for_each(int(bins.occupied.size()), stage_g2p, [&](int slot, Counts& c) {
+    for_each(int(bins.occupied.size()), stage_g2p, [&](int slot, ThreadStats& c) {
         const int block = bins.occupied[std::size_t(slot)];
         const bool held_here = stillness.holds(block);
         Bins::Members members = bins.members(slot);
@@ -281,9 +281,9 @@ void CpuSolver<R>::g2p(R dt)
 // three stages are sampled in every eighth block.
 template <class R>
 void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const Tile<R>* tiles,
-                                  Counts& c)
+                                  ThreadStats& c)
 {
-    c.moved += long(members.size());
+    c[Count::moved] += long(members.size());
     const int block = bins.occupied[std::size_t(slot)];
     const bool cut_here = !split.empty() && split[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
@@ -309,12 +309,12 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         lap(stage_project);
         const unsigned yielding = near_yield_mask(p, m) & ((1u << group.size) - 1);
         for (unsigned left = yielding; left; left &= left - 1)
-            c.yielded += yield(*group.of[lowest_bit(left)], m, dt);
+            c[Count::yielded] += yield(*group.of[lowest_bit(left)], m, dt);
         if (stale || yielding) p = knead::load(group);
         if (!sound(p)) {
             for (int l = 0; l < group.size; ++l) {
                 Particle<R>& one = *group.of[l];
-                c.repaired +=
+                c[Count::repaired] +=
                     repair(one, {before[l].x, {}, {}, {}, 0, one.object, before[l].sides});
             }
             p = knead::load(group);
@@ -323,7 +323,7 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         for (int l = 0; l < group.size; ++l) {
             c.speed_squared = std::max(c.speed_squared,
                                        double(speed_that_counts(speed_squared.of[l], depth.of[l])));
-            c.abrupt += abrupt(group.of[l]->C, dt);
+            c[Count::abrupt] += abrupt(group.of[l]->C, dt);
             c.stiffness = std::max(c.stiffness, double(stiffness(*group.of[l], m)));
         }
         note_blocks(group, p.x);
@@ -335,7 +335,7 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
 // changed.
 template <class R>
 bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int block, R dt,
-                            Each<R>& depth, Counts& c)
+                            Each<R>& depth, ThreadStats& c)
 {
     const bool tools = scene.passes > 0 && posed.near[std::size_t(block)];
     const Int3 corner = 4 * lattice.block_at(block);
@@ -345,13 +345,13 @@ bool CpuSolver<R>::keep_out(const Group<R>& group, const Each<R>& per_cell, int 
         Particle<R>& p = *group.of[l];
         if (tools) {
             const Mask& mask = posed.mask_at(lattice, p.x);
-            if (posed.blades) c.covered += cut(p, colliders, mask, lattice.dx, c.touched);
+            if (posed.blades) c[Count::covered] += cut(p, colliders, mask, lattice.dx, c.touched);
             const R found =
                 project(p, colliders, mask, scene.passes, pushout, per_cell.of[l], dt, c.touched);
-            c.projected += found > 0, c.moved_far += found > lattice.dx;
+            c[Count::projected] += found > 0, c[Count::moved_far] += found > lattice.dx;
             c.depth = std::max(c.depth, double(found)), depth.of[l] = found;
         }
-        c.confined += confine(p, walls);
+        c[Count::confined] += confine(p, walls);
     }
     return true;
 }

@@ -34,37 +34,27 @@ enum StageName {
     stage_count
 };
 
-// Counters, one set per thread.
-struct Counts {
-    long yielded = 0, projected = 0, clipped = 0, confined = 0, repaired = 0, covered = 0;
-    long abrupt = 0, moved_far = 0, clipped_negligible = 0, moved = 0;
-    long carried = 0, stranded = 0, splats_projected = 0, splats_repaired = 0;
+// What one thread counts and measures during a frame.
+struct ThreadStats {
+    Counts<long> counts{};
     std::uint32_t touched = 0;
+    bool splats_moved = false;
     double depth = 0, speed_squared = 0, stiffness = 0;
     double seconds[stage_count] = {};
-    void add(const Counts& c)
+
+    long& operator[](Count c) { return counts[c]; }
+    void add(const ThreadStats& t)
     {
-        yielded += c.yielded, projected += c.projected, clipped += c.clipped;
-        confined += c.confined, repaired += c.repaired, covered += c.covered;
-        abrupt += c.abrupt, moved_far += c.moved_far, clipped_negligible += c.clipped_negligible,
-            moved += c.moved;
-        carried += c.carried, stranded += c.stranded, touched |= c.touched;
-        splats_projected += c.splats_projected, splats_repaired += c.splats_repaired;
-        depth = std::max(depth, c.depth), speed_squared = std::max(speed_squared, c.speed_squared);
-        stiffness = std::max(stiffness, c.stiffness);
-        for (int s = 0; s < stage_count; ++s) seconds[s] += c.seconds[s];
+        counts += t.counts, touched |= t.touched;
+        depth = std::max(depth, t.depth), speed_squared = std::max(speed_squared, t.speed_squared);
+        stiffness = std::max(stiffness, t.stiffness);
+        for (int s = 0; s < stage_count; ++s) seconds[s] += t.seconds[s];
     }
     // `skin`: offset of the projection (19), subtracted from the depth [m].
     void put_into(FrameStats& stats, double skin) const
     {
-        stats.yielded = yielded, stats.projected = projected;
+        stats.counts += counts, stats.touched = touched;
         stats.found_depth = std::max(0.0, depth - skin);
-        stats.clipped = clipped, stats.confined = confined, stats.repaired = repaired;
-        stats.abrupt = abrupt, stats.moved_far = moved_far,
-        stats.clipped_negligible = clipped_negligible;
-        stats.moved = moved, stats.touched = touched;
-        stats.stranded = stranded, stats.splats_projected = splats_projected;
-        stats.splats_repaired = splats_repaired;
     }
 };
 
@@ -143,8 +133,8 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     void grid_update(R dt);
     bool beside_wall(Int3 corner) const;
     MirrorSet updated(Int3 node, R mass) const;
-    void update_mirror_set(int b, Int3 node, Int3 across, R dt, Counts& counts);
-    void split_update(int b, R dt, Counts& counts);
+    void update_mirror_set(int b, Int3 node, Int3 across, R dt, ThreadStats& stats);
+    void split_update(int b, R dt, ThreadStats& stats);
     SlidingInArray<R> slides(int field) { return {sliding[field].data(), lattice.dx, substeps}; }
     void g2p(R dt);
     void share_pressure(int slot, Bins::Members members);
@@ -163,10 +153,10 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     void take_extremes()  // after a substep, for the dt of a later one
     {
         most = {};
-        for (Counts& c : counts) {
-            most.speed = std::max(most.speed, std::sqrt(c.speed_squared));
-            most.stiffness = std::max(most.stiffness, c.stiffness);
-            c.speed_squared = c.stiffness = 0;
+        for (ThreadStats& t : thread_stats) {
+            most.speed = std::max(most.speed, std::sqrt(t.speed_squared));
+            most.stiffness = std::max(most.stiffness, t.stiffness);
+            t.speed_squared = t.stiffness = 0;
         }
     }
     void update_activity(const Motion& motion);
@@ -178,9 +168,9 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     void load_tile(const std::vector<Node<R>>& from, Int3 block, Tile<R>& tile) const;
     void sum_block(Int3 block, Node<R>* sum) const;
     void step_particles(int slot, Bins::Members members, R dt, const Tile<R>* tiles,
-                        Counts& counts);
+                        ThreadStats& stats);
     bool keep_out(const Group<R>& group, const Each<R>& per_cell, int block, R dt, Each<R>& depth,
-                  Counts& counts);
+                  ThreadStats& stats);
     void note_blocks(const Group<R>& group, const Vec3<Lanes<R>>& place);
     template <class Visit>
     void for_each_group(Bins::Members members, Visit&& visit);
@@ -229,7 +219,7 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     bool was_covered = false;            // a blade was in the clay at the end of the last frame
     Extremes most{};                     // of the clay after the last substep
     long changes = 0;                    // version(): frames and edits
-    std::vector<Counts> counts;          // per thread
+    std::vector<ThreadStats> thread_stats;
     std::vector<StageTime> stage_times;
 };
 
@@ -266,15 +256,15 @@ bool CpuSolver<R>::beside_wall(Int3 corner) const
            near(corner.z, walls.first.z, walls.free.z);
 }
 
-// Runs body(i, counts of the thread) for i in [0, count) on all threads; adds the wall time to the
-// stage.
+// Runs body(i, statistics of the thread) for i in [0, count) on all threads; adds the wall time to
+// the stage.
 template <class R>
 template <class Body>
 void CpuSolver<R>::for_each(int count, StageName stage, Body&& body)
 {
     const double start = wall_seconds();
     parallel_for(count, LoopOptions{.threads = threads, .chunk = 4},
-                 [&](int i, int thread) { body(i, counts[std::size_t(thread)]); });
+                 [&](int i, int thread) { body(i, thread_stats[std::size_t(thread)]); });
     stage_times[stage].seconds += wall_seconds() - start;
 }
 

@@ -37,14 +37,14 @@ void CpuSolver<R>::deform(const Lag& lag, bool clear)
     const Colliders<R> colliders = posed.colliders();
     const R per_mass = R(1 / lightest_particle(scene));
     const Mask none{};
-    for_each(int(splat_blocks.size()), stage_deform, [&](int k, Counts& c) {
+    for_each(int(splat_blocks.size()), stage_deform, [&](int k, ThreadStats& c) {
         Tile<R> tiles[3];
         int loaded = -1;
         Int3 corner{};
         for_each_splat(splat_blocks[std::size_t(k)], [&](Gaussian<R>& g) {
             if (g.still()) return;
             const Gaussian<R> start = g;
-            ++c.carried;
+            c.splats_moved = true;
             const Int3 base = base_node(g.x, lattice.dx);
             const int block = lattice.block_of(base);
             const bool cut_here = !split.empty() && split[std::size_t(block)];
@@ -58,17 +58,17 @@ void CpuSolver<R>::deform(const Lag& lag, bool clear)
                 return node_share(nodes[tile_index(step)], per_mass);
             };
             if (!knead::deform(g, lattice.dx, lag.each<R>(), lag.substeps, node))
-                c.stranded += lag.substeps;
+                c[Count::stranded] += lag.substeps;
             keep_within(g, walls);
             const bool tools = scene.passes > 0 && posed.near[std::size_t(block)];
             if (clear)
-                c.splats_projected +=
+                c[Count::splats_projected] +=
                     knead::keep_out(g, colliders, tools ? posed.mask_at(lattice, g.x) : none,
                                     scene.passes, posed.blades, walls, lattice.dx);
-            c.splats_repaired += repair(g, start);
+            c[Count::splats_repaired] += repair(g, start);
         });
     });
-    for (const Counts& c : counts) splats_arranged = splats_arranged && c.carried == 0;
+    for (const ThreadStats& t : thread_stats) splats_arranged = splats_arranged && !t.splats_moved;
 }
 
 template <class R>

@@ -132,19 +132,12 @@ FrameStats GpuSolver::collect()
     stats.substeps = last_substeps = n.substeps;
     stats.dt_min = n.dt_min, stats.dt_max = n.dt_max;
     for (int l = 0; l < int(Limit::count); ++l) stats.limits[l] = n.limits[l];
-    stats.yielded = long(n.yielded), stats.projected = long(n.projected);
-    stats.clipped = long(n.clipped), stats.confined = long(n.confined);
-    stats.repaired = long(n.repaired);
-    stats.abrupt = long(n.abrupt), stats.moved_far = long(n.moved_far);
-    stats.clipped_negligible = long(n.clipped_negligible);
+    stats.counts = cast<long>(n.counts);
     const float skin = store.views().tools.pushout.skin;
     stats.found_depth = double(std::max(0.0f, std::bit_cast<float>(n.deepest) - skin));
     stats.active_blocks = n.active_blocks, stats.touched = n.touched;
-    const long all = long(store.views().particles[0].count) * n.substeps;
-    stats.moved = store.features().rests ? long(n.moved) : all;
-    stats.woken = long(n.woken);
-    stats.stranded = long(n.stranded), stats.splats_projected = long(n.splats_projected);
-    stats.splats_repaired = long(n.splats_repaired);
+    if (!store.features().rests)
+        stats[Count::moved] = long(store.views().particles[0].count) * n.substeps;
     stage_times.clear();
     return stats;
 }
@@ -152,7 +145,7 @@ FrameStats GpuSolver::collect()
 // Rare and global (connected pieces of the whole scene): on the host.
 void GpuSolver::finish_cuts(const Frame& f)
 {
-    const bool covered = f.status->counters.covered > 0;
+    const bool covered = f.status->counters[Count::covered] > 0;
     if (covered == was_covered) return;
     const Lattice<double>& lattice = config().lattice;
     PosedTools<double> tools(config(), lattice);
