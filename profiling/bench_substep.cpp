@@ -1,8 +1,10 @@
 // Time per substep of a ball of clay between two closing tools, with what was computed: a hash of
 // the particles, to see whether a change of speed was a change of result.
 // usage: bench_substep [nodes=64] [frames=30] [gpu|cpu|deterministic] [tools=1] [plastic=1]
-//                      [Gaussians=0] [dt=0]
+//                      [Gaussians=0] [dt=0] [--overlaps MASK]
 // dt: of every substep [us], so that two versions take the same; 0: as stability asks.
+// MASK: which kernels of a frame may overlap, bits of cuda/mpm/overlap.h, in decimal or in hex with
+// 0x; 0: plain stream order.
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -13,6 +15,7 @@
 
 #include "host/bench/ball.h"
 #include "host/solver/editable_simulator.h"
+#include "host/solver/gpu/overlaps.h"
 
 namespace {
 
@@ -89,6 +92,9 @@ int run(int nodes, int frames, const std::string& on, bool tools, bool plastic, 
 
 int main(int count, char** words)
 {
+    unsigned overlaps = overlap::all;
+    const bool masked = count > 2 && std::strcmp(words[count - 2], "--overlaps") == 0;
+    if (masked) overlaps = unsigned(std::strtoul(words[count - 1], nullptr, 0)), count -= 2;
     const auto number = [&](int at, int otherwise) {
         return count > at ? std::atoi(words[at]) : otherwise;
     };
@@ -98,10 +104,12 @@ int main(int count, char** words)
         (on != "gpu" && on != "cpu" && on != "deterministic")) {
         std::fprintf(stderr,
                      "usage: bench_substep [nodes: 16 to 512, by 4] [frames] "
-                     "[gpu|cpu|deterministic] [tools 0|1] [plastic 0|1] [Gaussians] [dt in us]\n");
+                     "[gpu|cpu|deterministic] [tools 0|1] [plastic 0|1] [Gaussians] [dt in us] "
+                     "[--overlaps MASK]\n");
         return 2;
     }
     try {
+        const gpu::WithOverlaps only(overlaps);
         return run(nodes, frames, on, number(4, 1) != 0, number(5, 1) != 0, number(6, 0),
                    number(7, 0));
     } catch (const std::exception& e) {

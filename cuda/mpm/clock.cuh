@@ -110,20 +110,9 @@ enum class Mode : int { running, stopped, going_on, cut };
 // continue (host/solver/gpu/region.cu). During a frame it may set `halt`
 // (host/solver/gpu/watch.cu).
 //
-// A frame's first grid is launched when all kernels before it have ended. From then on grid and g2p
-// use programmatic dependent launch (launch_pdl): each kernel waits for the end of its predecessor,
-// and only then lets its successor start. So at most two of them are resident, and the writes of
-// all kernels before the predecessor are visible. Before this wait, g2p n reads `side`, its run and
-// the positions of its particles, which g2p n - 1 has written. The thread blocks of g2p n that pose
-// the tools do not wait for the end of grid n, but for `begun` to become n (acquire); block 0 of
-// grid n writes `begun` (release) after everything that they read. grid n starts when all thread
-// blocks of g2p n - 1 have triggered it; those that pose the tools first set `posed` to n
-// (release). If grid n reads n from `posed` (acquire) while `begun` is still n - 1, then the index
-// and the length of its substep and the beginning of its list (the whole list of n - 1) are
-// determined before its wait: it evaluates contact at nodes of its first block while g2p n - 1
-// still runs. `posed` is required: with `begun` alone clay burst where several programs shared the
-// GPU. A substep of dt 0 does nothing: no tools are posed for it, and g2p leaves `done` unchanged,
-// so that the rest of the graph's iteration is idle.
+// When which kernel may read what another one writes: substep_sync.cuh. A substep of dt 0 does
+// nothing: no tools are posed for it, and g2p leaves `done` unchanged, so that the rest of the
+// graph's iteration is idle.
 //
 // Fields that many thread blocks add to have cache lines of their own (128 bytes). p2g took 20.2 us
 // with a count of runs in the same line as `side`, and 17.2 us with the two in different lines

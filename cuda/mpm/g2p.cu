@@ -1,7 +1,6 @@
 // The substep kernel: grid to particle, the particle's own update, and its scatter for the next
 // substep while its state is in registers; velocities and their gradients are written to memory
 // only at the end of a frame. Meanwhile, a few thread blocks pose the tools for the next substep.
-#include "cuda/device/launch.cuh"
 #include "cuda/mpm/events.cuh"
 #include "cuda/mpm/g2p.h"
 #include "cuda/mpm/gather.cuh"
@@ -13,6 +12,7 @@
 #include "cuda/mpm/sleep.cuh"
 #include "cuda/mpm/stages.cuh"
 #include "cuda/mpm/substep.cuh"
+#include "cuda/mpm/substep_sync.cuh"
 #include "cuda/mpm/yield.cuh"
 
 namespace knead::gpu {
@@ -43,24 +43,36 @@ __device__ void apply_mean_pressure_shared(const G2pView& d, Particle<float>& q,
         share_pressure(d.pressure, d.lattice, q, material_of<f>(d.materials, q.object), n);
 }
 
-// The masses around a particle [kg], in registers or, if these are `full`, in shared memory, as
-// `aside` for other values. The plane sums share their space with the strains spilled in project(),
-// which reads them before.
+// Shared memory of a thread block: of warps with particles, or of a thread block that poses tools.
+template <bool blades>
+union BlockScratch {
+    WarpScratch<blades> warps;
+    PoseSpace pose;
+};
+static_assert(sizeof(PoseSpace) <= sizeof(WarpScratch<true>));
+
+// The masses around a particle [kg]: in registers or, if these are `full`, in scratch memory.
 template <bool full>
 struct Masses {
-    float* aside;
+    GatherPhase& scratch;
+    const unsigned lane = threadIdx.x & 31;
     float nearest = 0, around = 0;
 
-    __device__ void at_node(float mass) { (full ? aside[32] : nearest) = mass; }
+    __device__ void at_node(float mass) { (full ? scratch.nearest_mass[lane] : nearest) = mass; }
     __device__ void add(int plane, float mass)
     {
         if constexpr (full)
-            aside[128 + 32 * plane] = mass;
+            scratch.plane_mass[plane][lane] = mass;
         else
             around += mass;
     }
-    __device__ float node() const { return full ? aside[32] : nearest; }
-    __device__ float cell() const { return full ? aside[128] + aside[160] + aside[192] : around; }
+    __device__ float node() const { return full ? scratch.nearest_mass[lane] : nearest; }
+    __device__ float cell() const
+    {
+        if constexpr (!full) return around;
+        return scratch.plane_mass[0][lane] + scratch.plane_mass[1][lane] +
+               scratch.plane_mass[2][lane];
+    }
     // Before a repeated read; else the value would be kept in a register.
     __device__ void again() const
     {
@@ -72,7 +84,7 @@ struct Masses {
 // converged: still clay is advanced, too, and restored.
 template <Features f>
 __device__ Events advance_particle(const G2pView& d, const SubstepContext& later,
-                                   ScatterSpace<f.blades>& space, Particle<float>& q)
+                                   BlockScratch<f.blades>& scratch, Particle<float>& q)
 {
     const int n = later.n - 1;
     // Stored state of the particle. The address is rematerialised: keeping it costs registers.
@@ -88,16 +100,17 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
     }
     apply_mean_pressure_shared<f>(d, q, n);
     constexpr bool full = f.tools && f.plasticity != PlasticityClass::any && !early<f>;
-    Masses<full> mass{&space.slopes[threadIdx.x >> 5][0][0].x + (threadIdx.x & 31)};
-    if constexpr (full) *mass.aside = q.k;
-    if constexpr (full && f.mixed) mass.aside[64] = q.x.z;
+    GatherPhase& aside = scratch.warps.gather();
+    Masses<full> mass{aside};
+    if constexpr (full) aside.k[mass.lane] = q.k;
+    if constexpr (full && f.mixed) aside.x_z[mass.lane] = q.x.z;
     gather_from<f.tools>(
         nodes, d.lattice, s, q, [&](float m) { mass.at_node(m); },
         [&](int plane, float m) { mass.add(plane, m); },
         [&] {
             if (!early<f>) particles().load_strain(own().at, q);
-            if (full) q.k = *mass.aside;
-            if (full && f.mixed) q.x.z = mass.aside[64];
+            if (full) q.k = aside.k[mass.lane];
+            if (full && f.mixed) q.x.z = aside.x_z[mass.lane];
         });
     bool moves = true;
     if constexpr (f.rests) {
@@ -118,7 +131,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
     q.e = advance_b(q.e, q.C, later.now);
     q.x = q.x + later.now * q.v;
     Events happened{};
-    project<f>(q, per_cell, d, later, space, moves, happened);
+    project<f>(q, per_cell, d, later, scratch.warps.projection(), moves, happened);
     if (may_yield<f>(d.materials, q))
         happened.yielded = yield(q, material_of<f>(d.materials, q.object), later.now);
     if (!sound(q)) {
@@ -157,9 +170,10 @@ constexpr int resident = spill_free<f> < max_resident ? spill_free<f> : max_resi
 // scatters it for the next substep.
 template <Features f, int warps>
 __device__ void advance_run(const G2pView& d, const SubstepContext& later,
-                            ScatterSpace<f.blades>& space, Sums (&sums)[warps], Particle<float>& q)
+                            BlockScratch<f.blades>& scratch, Sums (&sums)[warps],
+                            Particle<float>& q)
 {
-    Events happened = advance_particle<f>(d, later, space, q);
+    Events happened = advance_particle<f>(d, later, scratch, q);
     const ParticleView& to = d.particles[later.side];
     const Index own = own_index<f>(later, to.count);
     if (!own.valid) happened = {};
@@ -177,7 +191,7 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if constexpr (f.rests) note_end(d, q, last && happened.moved, later.n - 1);
     if (own.valid) to.store_state(own.at, q);
     if (own.valid && last) to.store_motion(own.at, q);
-    WarpScatter<f.blades> scatter{d, space, later.n};
+    WarpScatter<f.blades> scatter{d, scratch.warps, later.n};
     if constexpr (f.mean_pressure)
         if (own.valid && !last) add_pressure(d.pressure, d.lattice, q, m, later.n);
     const bool heavy = f.rests && stands(d.rest.options.mode, q);
@@ -188,28 +202,28 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
 }
 
-template <Features f>
-union Space {
-    ScatterSpace<f.blades> scatter;
-    PoseSpace pose;
-};
+// Poses the thread block's part of the tools for the next substep.
+__device__ void pose_next(const G2pView& d, PoseSpace& scratch)
+{
+    if (!d.pose_ahead) wait_for_velocities();
+    take_view(d.pose, scratch);
+    pose_part(scratch, int(blockIdx.x), true);
+}
 
 template <class Case>
 __global__ void __launch_bounds__(run_length(Case::features), resident<Case::features>)
     g2p_kernel(const __grid_constant__ G2pView d)
 {
     constexpr Features f = Case::features;
-    __shared__ Space<f> space;
+    __shared__ BlockScratch<f.blades> scratch;
     __shared__ Sums sums[scatter_warps<f.blades>];
     __shared__ SubstepContext later;
     const Clock& clock = *d.clock;
     constexpr bool rests = f.rests;
     constexpr int pose_blocks = f.tools ? pose_parts : 0;
     if constexpr (f.tools)
-        if (int(blockIdx.x) < pose_blocks) {
-            take_view(d.pose, space.pose);
-            return pose_part(space.pose, int(blockIdx.x), true);
-        }
+        if (int(blockIdx.x) < pose_blocks) return pose_next(d, scratch.pose);
+    if (!d.load_ahead) wait_for_velocities();
     const int count = d.particles[0].count, side = clock.side;
     // Particle state is available long before the velocities of this substep.
     Particle<float> q{};
@@ -218,13 +232,13 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
         if (f.tools) run = d.runs[run];
         d.particles[side].load_place(index_in<f>(run, count).at, q);
     }
-    wait_upstream();
+    wait_for_velocities();
     const int n = clock.begun;
     const float dt = clock.dt[0], after = clock.dt[1];
     // `after` and n are never negative; they are tested so that all three loads are issued
     // together.
     if (!(dt > 0) || after < 0 || n < 0) return;
-    trigger_dependents();
+    let_next_grid_start();
     if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after, f.rests ? 0 : run};
     __syncthreads();
     for_each_run<f.rests>(clock, d.listed, pose_blocks, run, [&](int listed) {
@@ -233,7 +247,7 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
             q = {}, d.particles[later.side].load_place(index_in<f>(listed, count).at, q);
             __syncthreads();
         }
-        advance_run<f>(d, later, space.scatter, sums, q);
+        advance_run<f>(d, later, scratch, sums, q);
     });
     // Last: after it, ptxas no longer treats the warp as converged.
     if (threadIdx.x == 0 && int(blockIdx.x) == pose_blocks) move_on(d, later.n);
@@ -258,8 +272,8 @@ constexpr auto launch_for = []<class Case>(Case) -> Launch {
 void g2p(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
 {
     const Launch by = dispatch<relevant>(features, launch_for);
-    launch_pdl(
-        "g2p", by.kernel,
+    launch_early(
+        views.overlaps, overlap::g2p, "g2p", by.kernel,
         blocks_for_runs(views.particles[0].count, features, multiprocessors) + by.pose_blocks,
         run_length(features), stream, g2p_view(views));
 }

@@ -1,14 +1,13 @@
 // Grid update kernels. Thread blocks stride over the listed blocks of nodes and clear the grid of
 // the previous substep; thread block 0 updates the clock. If tools may touch one of a thread
 // block's first blocks of nodes, contact there is evaluated while the previous substep still runs
-// (clock.cuh).
+// (substep_sync.cuh).
 #include "cuda/contact/cut.h"
-#include "cuda/device/launch.cuh"
 #include "cuda/mpm/grid.h"
-#include "cuda/mpm/grid_start.cuh"
 #include "cuda/mpm/near_tools.cuh"
 #include "cuda/mpm/sleep.cuh"
 #include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/substep_sync.cuh"
 #include "cuda/mpm/walls.cuh"
 
 namespace knead::gpu {
@@ -37,6 +36,42 @@ __device__ void clear(const GridUpdateView& d, int parity, int i)
     }
 }
 
+// Input of thread block 0: the current substep, and the quantities that determine the next one's
+// length.
+struct StepBasis {
+    int n;
+    Step step;
+    Extremes clay;               // from the previous substep
+    double tool_step, duration;  // [s]
+    __device__ Step next(const StepLimits& limits) const
+    {
+        return step_after(step, limits, clay, tool_step, duration);
+    }
+};
+
+// After the previous substep has ended. All loads are issued together.
+__device__ StepBasis step_basis(const Clock& c)
+{
+    const int n = __ldcg(&c.done);
+    uint4 peaks[peak_places];
+    UNROLL
+    for (int k = 0; k < peak_places; ++k)
+        peaks[k] = __ldcg(reinterpret_cast<const uint4*>(c.peaks[k].of));
+    double start[3], dt[3];
+    int limit[3];
+    UNROLL
+    for (int k = 0; k < 3; ++k) {
+        start[k] = __ldcg(&c.steps[k].start), dt[k] = __ldcg(&c.steps[k].dt);
+        limit[k] = __ldcg(reinterpret_cast<const int*>(&c.steps[k].limit));
+    }
+    const double tool_step = __ldcg(&c.tool_step), duration = __ldcg(&c.duration);
+    const Step now{in_ring(n, start), in_ring(n, dt), Limit(in_ring(n, limit))};
+    Peak left{};
+    UNROLL
+    for (const uint4& p : peaks) left = largest(left, n & 1 ? Peak{p.x, p.y} : Peak{p.z, p.w});
+    return {n, now, extremes_of(left), tool_step, duration};
+}
+
 // Counts the substep, and chooses the next one from the speeds of the previous substep. All loads
 // are issued together. Values that are not needed here are updated by atomics instead of loads:
 // dependent loads cost 1.5 % of a substep in scenes without tools.
@@ -62,7 +97,7 @@ __device__ void choose_next_dt(const GridUpdateView& d)
     atomicAdd(&c.drift, now.clay.speed * step.dt);
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
-    note_begun(c, n);
+    publish_begun(c, n);
     if (!(step.dt > 0)) return;
     if (lag.due()) lag = {};  // the Gaussians moved after the previous substep
     lag.add(step.dt);
@@ -171,16 +206,19 @@ __device__ void for_each_block(const GridUpdateView& d, Start<blocks_per_cta> s,
     }
 }
 
-// Shared memory of a warp.
+// Shared memory of a warp, in two phases: contact near tools, then walls. Between them is a barrier
+// of the warp. Warps begin at multiples of 128 bytes.
 template <bool tools>
-union WarpSpace {
+union GridScratch {
     SharedSpace contact;
     ImageSpace mirrors;
 };
 template <>
-union WarpSpace<false> {
+union GridScratch<false> {
     ImageSpace mirrors;
 };
+static_assert(sizeof(GridScratch<true>) == sizeof(SharedSpace) && sizeof(SharedSpace) % 128 == 0);
+static_assert(sizeof(GridScratch<false>) == 7 * 32 * 16 && alignof(GridScratch<false>) == 16);
 
 // Applies walls and the speed limit to node n, which has mass.
 template <bool fixed_point>
@@ -211,22 +249,22 @@ __device__ OwnNode own_node(int listed, int k)
 
 // Gravity, nearby tools, walls and the speed limit for one node per lane. Warp-collective.
 template <bool tools, bool fixed_point>
-__device__ void update_node(const GridUpdateView& d, WarpSpace<tools>& space, int n, float dt,
+__device__ void update_node(const GridUpdateView& d, GridScratch<tools>& scratch, int n, float dt,
                             OwnNode own, bool early)
 {
     AfterTools after{};
     if constexpr (tools)
         if (own.near) {
             const Vec3<float> x = d.lattice.position(d.lattice.node_at(own.i));
-            after = near_tools<fixed_point>(d, space.contact, n, dt, own.i, x,
+            after = near_tools<fixed_point>(d, scratch.contact, n, dt, own.i, x,
                                             d.masks[own.i / block_nodes], early);
-            __syncwarp();                    // the space is reused
+            __syncwarp();                    // the next phase overwrites the scratch
             asm volatile("" : "+r"(own.i));  // addresses are recomputed, not kept in registers
         }
     if (!own.updates) return;
     const Int3 at = d.lattice.node_at(own.i);
     if (!own.near) after.node = sum_of<fixed_point>(d, n & 1, own.i);
-    MirrorNodes mirrors(space.mirrors);  // loaded along with the node's sum
+    MirrorNodes mirrors(scratch.mirrors);  // loaded along with the node's sum
     if (load_mirrors<fixed_point>(d, n & 1, at, own.i, mirrors)) return;
     mirrors.own = after.node;
     if (mirrors.own.m > 0) {
@@ -242,12 +280,12 @@ __global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::
 {
     constexpr bool tools = Case::features.tools, fixed_point = Case::features.fixed_point;
     constexpr int in_hand = blocks_per_cta<tools>;
-    __shared__ WarpSpace<tools> spaces[threads<tools> / 32];
+    __shared__ GridScratch<tools> scratch[threads<tools> / 32];
     Start<in_hand> start{-1};
-    if (tools && blockIdx.x > 0) start = speculative_start<in_hand>(d);
+    if (tools && blockIdx.x > 0 && d.contact_ahead) start = speculative_start<in_hand>(d);
     const bool early = start.n >= 0;
     if (!early) {
-        wait_upstream_and_trigger();
+        wait_for_previous_stage();
         if (blockIdx.x == 0) return scan_rim(d);
         start = synchronized_start<in_hand>(d);
         if (!(start.dt > 0)) return;
@@ -259,7 +297,7 @@ __global__ void __launch_bounds__(threads<Case::features.tools>, resident<Case::
         for (int k = 0; k < in_hand; ++k) {
             const int listed = k ? here[in_hand - 1] : here[0];
             if (listed < 0) continue;
-            update_node<tools, fixed_point>(d, spaces[threadIdx.x >> 5], n, dt,
+            update_node<tools, fixed_point>(d, scratch[threadIdx.x >> 5], n, dt,
                                             own_node<tools>(listed, k), ahead);
         }
     };
@@ -321,8 +359,8 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
     cut_grid_kernel(const __grid_constant__ GridUpdateView d)
 {
     constexpr bool fixed_point = Case::features.fixed_point;
-    __shared__ ImageSpace spaces[block_nodes / 32];
-    wait_upstream_and_trigger();
+    __shared__ ImageSpace scratch[block_nodes / 32];
+    wait_for_previous_stage();
     if (blockIdx.x == 0) return scan_rim(d);
     const auto start = synchronized_start<1>(d);
     const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
@@ -335,7 +373,7 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
         const int i = b * block_nodes + int(threadIdx.x);
         const Int3 at = d.lattice.node_at(i);
         const Mask& mask = d.masks[b];
-        MirrorNodes mirrors(spaces[threadIdx.x >> 5]);
+        MirrorNodes mirrors(scratch[threadIdx.x >> 5]);
         const bool is_mirror = load_mirrors<fixed_point>(d, parity, at, i, mirrors);
         const bool clay = sum_of<fixed_point>(d, parity, i).m > 0;
         if (clay && is_mirror) return;
@@ -380,8 +418,9 @@ void grid(const Views& views, const Features& features, int multiprocessors, cud
     used.tools = used.tools && views.tools.grid_contact;
     const Launch by = dispatch<relevant>(used, launch_for);
     const int blocks = 1 + min(views.lattice.block_count(), by.resident * multiprocessors - 1);
-    if (begins) return launch("grid", by.kernel, blocks, by.threads, stream, grid_view(views));
-    launch_pdl("grid", by.kernel, blocks, by.threads, stream, grid_view(views));
+    const unsigned allowed = begins ? overlap::none : views.overlaps;
+    launch_early(allowed, overlap::grid, "grid", by.kernel, blocks, by.threads, stream,
+                 grid_view(views));
 }
 
 }  // namespace knead::gpu

@@ -3,9 +3,9 @@
 // that the runs in the middle, where approaching tools arrive last, come last.
 #include <cub/block/block_scan.cuh>
 
-#include "cuda/device/launch.cuh"
 #include "cuda/mpm/project.cuh"
 #include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/substep_sync.cuh"
 
 namespace knead::gpu {
 namespace {
@@ -62,7 +62,8 @@ void line_up(const Views& views, const Features& features, cudaStream_t stream)
         dispatch<relevant>(features, []<class Case>(Case) { return near_runs_kernel<Case>; });
     const LineUpView view = line_up_view(views);
     launch("near runs", find, blocks_for(view.run_count, threads / 32), threads, stream, view);
-    launch_pdl("line up", line_up_kernel, 1, scan_threads, stream, view);
+    launch_early(views.overlaps, overlap::line_up, "line up", line_up_kernel, 1, scan_threads,
+                 stream, view);
 }
 
 }  // namespace knead::gpu

@@ -1,7 +1,7 @@
 // Contact of a warp's nodes with tools, warp-collective.
 #pragma once
 #include "cuda/contact/contact.cuh"
-#include "cuda/mpm/pose.cuh"
+#include "cuda/mpm/substep_sync.cuh"
 #include "cuda/mpm/walls.cuh"
 
 namespace knead::gpu {
@@ -49,7 +49,7 @@ __device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, in
     };
     bool in, missed = false;
     if (early) {
-        saw_posed();
+        acquire_posed();
         in = held_clay(d.nodes[n & 1 ^ 1], i);
     } else {
         take();
@@ -69,7 +69,7 @@ __device__ AfterTools near_tools(const GridUpdateView& d, SharedSpace& space, in
                 mode = tool.mode, friction = tool.friction;
                 hit = contact.deepest(from, to, in, x);
             }
-            if (early) wait_upstream_and_trigger(), take();
+            if (early) wait_for_previous_stage(), take();
             if (hit.phi < 0 && sum.m > 0) v = apply_contact(v, hit.n, hit.v, mode, friction);
             if (early) early = false, missed = sum.m > 0 && !in;
         }

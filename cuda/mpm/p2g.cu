@@ -21,7 +21,7 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
     p2g_kernel(const __grid_constant__ P2gView d)
 {
     constexpr Features f = Case::features;
-    __shared__ ScatterSpace<f.blades> space;
+    __shared__ WarpScratch<f.blades> scratch;
     Clock& clock = *d.clock;
     const ConstParticleView& particles =
         d.particles[d.beside_sort ? clock.unsorted_side : clock.side];
@@ -34,7 +34,7 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
         Material<float> m = narrowed<f.plasticity>(d.materials[q.object]);
         const float dt = float(clock.step(n).dt);
         if (f.rests && stands(d.mode, q)) q.v = held_rise(d.gravity, dt), m = as_held(m);
-        WarpScatter<f.blades, true>{d, space, n, clock.relisted}(q, m, 1 / m.mass, valid, dt);
+        WarpScatter<f.blades, true>{d, scratch, n, clock.relisted}(q, m, 1 / m.mass, valid, dt);
     });
 }
 

@@ -2,10 +2,10 @@
 // touch its contents during the frame, and the first pose.
 #include "cuda/contact/cut.h"
 #include "cuda/contact/sweep.h"
-#include "cuda/device/launch.cuh"
 #include "cuda/mpm/g2p.h"
 #include "cuda/mpm/pose.cuh"
 #include "cuda/mpm/stages.cuh"
+#include "cuda/mpm/substep_sync.cuh"
 
 namespace knead::gpu {
 namespace {
@@ -151,8 +151,9 @@ __global__ void __launch_bounds__(threads, 4)
 void masks(const Views& views, cudaStream_t stream)
 {
     launch("sweep", sweep_kernel, pose_parts, sweep_threads, stream, sweep_view(views));
-    launch_pdl("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
-               stream, mask_view(views));
+    launch_early(views.overlaps, overlap::masks, "masks", mask_kernel,
+                 blocks_for(views.lattice.block_count(), threads / 32), threads, stream,
+                 mask_view(views));
 }
 
 void pose(const Views& views, cudaStream_t stream)

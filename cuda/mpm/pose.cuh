@@ -1,10 +1,8 @@
 // Poses the tools for one substep: interpolates the joints over the frame, transforms the spheres
 // bound to them, and derives shapes from the spheres.
 #pragma once
-#include <cuda/atomic>
-
 #include "cuda/contact/skinning.h"
-#include "cuda/mpm/views.cuh"
+#include "cuda/mpm/substep_sync.cuh"
 
 namespace knead::gpu {
 
@@ -98,30 +96,6 @@ __device__ inline void take_view(const PoseView& view, PoseSpace& s)
     __syncthreads();
 }
 
-// Waits until thread block 0 of grid has begun substep n and chosen the next one. By all threads of
-// a block.
-__device__ inline void await_begun(Clock& clock, int n)
-{
-    if (threadIdx.x == 0) {
-        const cuda::atomic_ref<int, cuda::thread_scope_device> begun(clock.begun);
-        while (begun.load(cuda::memory_order_acquire) != n) __nanosleep(100);
-    }
-    __syncthreads();
-}
-__device__ inline void note_begun(Clock& clock, int n)
-{
-    cuda::atomic_ref<int, cuda::thread_scope_device>(clock.begun)
-        .store(n, cuda::memory_order_release);
-}
-
-// Publishes a part's shapes for substep n. By all threads of a block, after posing.
-__device__ inline void note_posed(Clock& clock, int part, int n)
-{
-    __syncthreads();
-    if (threadIdx.x != 0) return;
-    cuda::atomic_ref<int, cuda::thread_scope_device>(clock.posed[part])
-        .store(n, cuda::memory_order_release);
-}
 // Poses for the current substep; or, if `ahead`, for the next one as soon as its length is chosen,
 // while grid may still run. By all threads of a block; precondition: the view is in shared memory.
 // Not inlined, so that its registers do not add to those of the calling kernel.
@@ -129,21 +103,10 @@ static __device__ __noinline__ void pose_part(PoseSpace& s, int part, bool ahead
 {
     Clock& clock = *s.view.clock;
     const int n = __ldcg(&clock.done);
-    if (ahead) await_begun(clock, n);
+    if (ahead) wait_for_begun(clock, n);
     if (ahead && !(clock.dt[0] > 0 && clock.dt[1] > 0)) return;
     pose_viewed(s, part, n + ahead);
-    if (ahead) note_posed(clock, part, n + 1);
-}
-
-// The substep that a part is posed for; call saw_posed() before reading the shapes.
-__device__ inline int posed_for(const Clock& clock, int part)
-{
-    return cuda::atomic_ref<const int, cuda::thread_scope_device>(clock.posed[part])
-        .load(cuda::memory_order_relaxed);
-}
-__device__ inline void saw_posed()
-{
-    cuda::atomic_thread_fence(cuda::memory_order_acquire, cuda::thread_scope_device);
+    if (ahead) publish_posed(clock, part, n + 1);
 }
 
 }  // namespace knead::gpu

@@ -19,27 +19,12 @@
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/substep.cuh"
 #include "cuda/mpm/views.cuh"
+#include "cuda/mpm/warp_scratch.cuh"
 
 namespace knead::gpu {
 
 // From the stencil's base to its columns, of nodes along z, in the order of `columns`.
 HD constexpr Int3 column_step(int c) { return {c % 3, c / 3, 0}; }
-
-template <bool blades>
-constexpr int scatter_threads = run_length({.blades = blades});
-template <bool blades>
-constexpr int scatter_warps = scatter_threads<blades> / 32;
-
-// Shared memory of one thread block.
-template <bool blades>
-struct ScatterSpace {
-    static constexpr int warps = scatter_warps<blades>, fields = blades ? 3 : 1;
-    float4 columns[warps][32][9];  // by particle: momentum and mass of columns of nodes
-    float4 slopes[warps][32][3];   // by particle: velocity increment at each step along z, and the
-                                   // weight there
-    int cells[warps][32];          // by particle: index of its stencil's base
-    unsigned sides[blades ? warps : 0][32];  // by particle
-};
 
 // Adds n to *to: one vector atomic where the GPU supports it.
 __device__ inline void add(float4* to, const float4& n)
@@ -106,10 +91,10 @@ __device__ inline Lane lane_of(int lane)
 template <bool blades, bool begins = false>
 class WarpScatter {
   public:
-    __device__ WarpScatter(const ScatterView& view, ScatterSpace<blades>& space, int n,
+    __device__ WarpScatter(const ScatterView& view, WarpScratch<blades>& scratch, int n,
                            bool relisted = false)
         : d(view),
-          s(space),
+          s(scratch),
           n(n),
           relisted(relisted),
           sums_of_nodes(view.sums[0] ? static_cast<void*>(view.sums[n & 1]) : view.nodes[n & 1])
@@ -122,7 +107,7 @@ class WarpScatter {
     {
         const Stencil<float> stencil = knead::stencil(q.x, d.lattice.spacing);
         const int node = valid ? d.lattice.index(stencil.base) : nowhere, slot = slot_of(node);
-        __syncwarp();  // others may have spilled state to where this one writes
+        __syncwarp();  // other lanes have ended the phases before
         write_down(q, m, per_mass, stencil, slot, dt);
         s.cells[warp][slot] = node;
         __syncwarp();
@@ -131,9 +116,9 @@ class WarpScatter {
     }
 
   private:
-    static constexpr int fields = ScatterSpace<blades>::fields, nowhere = 0x7fffffff;
+    static constexpr int fields = blades ? 3 : 1, nowhere = 0x7fffffff;
     const ScatterView& d;
-    ScatterSpace<blades>& s;
+    WarpScratch<blades>& s;
     const int n;
     const bool relisted;
     int last = -1, mark = 0;    // the last block of nodes added to; its mark

@@ -6,9 +6,9 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
-#include "cuda/device/launch.cuh"
 #include "cuda/mpm/stages.cuh"
 #include "cuda/mpm/stencil.h"
+#include "cuda/mpm/substep_sync.cuh"
 
 namespace knead::gpu {
 namespace {
@@ -257,7 +257,8 @@ void arrange(const Views& views, const Features& features, cudaStream_t stream)
     // The first launch reads what the previous kernel writes.
     launch("sort move", one, blocks, threads, stream, sides, 0);
     for (int k = 1; k < particle_rows; ++k)
-        launch_pdl("sort move", one, blocks, threads, stream, sides, k);
+        launch_early(views.overlaps, overlap::sorted_rows, "sort move", one, blocks, threads,
+                     stream, sides, k);
 }
 
 }  // namespace knead::gpu

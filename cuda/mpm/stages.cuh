@@ -4,6 +4,7 @@
 //   grid { next dt } . g2p { pose and scatter for the next }
 #pragma once
 #include "cuda/mpm/features.h"
+#include "cuda/mpm/overlap.h"
 #include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
@@ -90,6 +91,7 @@ struct Views {
     Clock* clock;
     const FrameInput* input;
     Conditions conditions;
+    unsigned overlaps = overlap::all;  // see overlap.h
 };
 
 // Scratch memory of a sort besides the free row and the ids that are not current.
@@ -127,7 +129,7 @@ void find_pressures(const Views& views, cudaStream_t stream);
 void p2g(const Views& views, const Features& features, int multiprocessors, bool beside_sort,
          cudaStream_t stream);
 // Computes velocities from momenta, clears the other grid, and chooses the next substep. `begins`:
-// first of a frame; it waits for several stages, not only for its predecessor.
+// first of a frame; it waits for several stages, and never overlaps.
 void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream,
           bool begins = false);
 // Cell-averaged pressure: clears the sums for the next substep, before g2p().

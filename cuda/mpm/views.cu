@@ -160,7 +160,8 @@ GridUpdateView grid_view(const Views& d)
              r.guard,
              r.reached,
              r.run_listed,
-             r.list}};
+             r.list},
+            (d.overlaps & overlap::contact_ahead) != 0};
 }
 
 G2pView g2p_view(const Views& d)
@@ -180,7 +181,9 @@ G2pView g2p_view(const Views& d)
             pose_view(d),
             {r.options, d.gravity, r.guard, r.range, r.free, r.changed, {r.woken[0], r.woken[1]}},
             d.conditions.captured,
-            d.conditions.again};
+            d.conditions.again,
+            (d.overlaps & overlap::pose_ahead) != 0,
+            (d.overlaps & overlap::load_ahead) != 0};
 }
 
 PenetrationView penetration_view(const Views& d)

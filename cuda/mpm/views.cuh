@@ -289,6 +289,7 @@ struct GridUpdateView {
     Sliding<float>* sliding;  // sliding_places() per velocity field
     Clock* clock;
     GuardView rest;
+    bool contact_ahead;  // see overlap.h
 };
 GridUpdateView grid_view(const Views& d);
 
@@ -321,6 +322,7 @@ struct G2pView : ScatterView {
     WakeView rest;
     bool captured;
     cudaGraphConditionalHandle again;
+    bool pose_ahead, load_ahead;  // see overlap.h
 };
 G2pView g2p_view(const Views& d);
 

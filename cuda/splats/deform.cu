@@ -1,9 +1,9 @@
 // Kernels for Gaussians, one thread per Gaussian: one kernel moves them, another pushes them out of
 // tools. In a single kernel the few Gaussians inside a tool would delay the others. The Gaussians
 // of a warp lie around the same nodes, which are read from L1.
-#include "cuda/device/launch.cuh"
 #include "cuda/mpm/gather.cuh"
 #include "cuda/mpm/substep.cuh"
+#include "cuda/mpm/substep_sync.cuh"
 #include "cuda/splats/deform.cuh"
 
 namespace knead::gpu {
@@ -115,7 +115,7 @@ __global__ void __launch_bounds__(threads, Case::features.blades ? 5 : 6)
     const bool valid = own < *d.splats.live;
     // Position after its last move, in a substep that has ended.
     const float4 place = d.splats.row(0, min(own, d.splats.room - 1));
-    wait_upstream_and_trigger();
+    wait_for_previous_stage();
     const Stretch before = stretch(d);
     if (before.substeps == 0) return;
     LinearField<float> field;
@@ -160,7 +160,7 @@ template <class Case>
 __global__ void __launch_bounds__(threads, 4) clear_kernel(const __grid_constant__ DeformView d)
 {
     constexpr Features f = Case::features;
-    wait_upstream_and_trigger();
+    wait_for_previous_stage();
     if (!clears(d)) return;
     const int n = stretch(d).n, live = *d.splats.live;
     for (int from = int(blockIdx.x) * threads; from < live; from += int(gridDim.x) * threads) {
@@ -172,16 +172,6 @@ __global__ void __launch_bounds__(threads, 4) clear_kernel(const __grid_constant
 }
 
 constexpr Features relevant(Features f) { return {.blades = f.blades, .rests = f.rests}; }
-
-// A kernel after a loop is not launched early.
-void launch_either(bool early, const char* name, void (*kernel)(DeformView), int blocks,
-                   cudaStream_t stream, const DeformView& view)
-{
-    if (early)
-        launch_pdl(name, kernel, blocks, threads, stream, view);
-    else
-        launch(name, kernel, blocks, threads, stream, view);
-}
 
 }  // namespace
 
@@ -203,12 +193,15 @@ void deform(const Views& views, const GaussianView& splats, float per_mass,
                           views.clock};
     const auto moved = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return follow_kernel<Case>; });
-    launch_either(!at_end, "deform", moved, blocks_for(splats.room, threads), stream, view);
+    // A kernel after a loop is not launched early.
+    const unsigned allowed = at_end ? overlap::none : views.overlaps;
+    launch_early(allowed, overlap::deform, "deform", moved, blocks_for(splats.room, threads),
+                 threads, stream, view);
     if (view.near.passes == 0 || !(at_end || view.fast)) return;
     const auto cleared = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return clear_kernel<Case>; });
-    launch_either(!at_end, "deform: out of tools", cleared, blocks_for(splats.room, each * threads),
-                  stream, view);
+    launch_early(allowed, overlap::deform, "deform: out of tools", cleared,
+                 blocks_for(splats.room, each * threads), threads, stream, view);
 }
 
 }  // namespace knead::gpu

@@ -75,6 +75,7 @@ Views GpuSolver::views_for(const Features& features, ToolPace tools) const
     Views views = store.views();
     if (!features.tools) views.tools.primitives.count = views.tools.passes = 0;
     views.tools.fast = features.blades || tools == ToolPace::fast;
+    views.overlaps = overlaps;
     return views;
 }
 
@@ -88,42 +89,57 @@ GpuSolver::ToolPace GpuSolver::tool_speed_class(bool tools, const Motion& motion
     return fast ? ToolPace::fast : ToolPace::slow;
 }
 
-// Everything before the first grid update, on parallel streams: tool masks (need only the frame's
-// input), the first pose (needs the dt chosen by begin()), and sort and p2g of the particles. The
-// check whether a sort is due takes 7 us. If a sort writes to separate rows, p2g runs concurrently
-// with it; not in fixed point, because the partial sums of a warp are float and their bits depend
-// on the order of the particles.
+// The stage's own stream, or the main one if that overlap is switched off.
+cudaStream_t GpuSolver::stream_for(unsigned which, const Stream& own) const
+{
+    return overlaps & which ? own : main;
+}
+
+// Everything before the first grid update, on parallel streams (substep_sync.cuh): tool masks (need
+// only the frame's input), the first pose (needs the dt chosen by begin()), and sort and p2g of the
+// particles. The check whether a sort is due takes 7 us. If a sort writes to separate rows, p2g
+// runs concurrently with it; not in fixed point, because the partial sums of a warp are float and
+// their bits depend on the order of the particles.
 void GpuSolver::start(const Views& views, const Features& features)
 {
     const auto mark = [](cudaEvent_t event, cudaStream_t at) {
         check(cudaEventRecord(event, at), "fork");
     };
-    const auto join = [](cudaStream_t to, cudaEvent_t done) {
-        check(cudaStreamWaitEvent(to, done, 0), "join");
+    const auto join = [](cudaStream_t to, cudaStream_t from, cudaEvent_t done) {
+        if (to != from) check(cudaStreamWaitEvent(to, done, 0), "join");
     };
-    const auto fork = [&](cudaStream_t to) { mark(forked, main), join(to, forked); };
+    const auto fork = [&](cudaStream_t to) { mark(forked, main), join(to, main, forked); };
+    const cudaStream_t masking = stream_for(overlap::masks_stream, beside),
+                       first_pose = stream_for(overlap::pose_stream, posing),
+                       sorts = stream_for(overlap::sort_stream, sorting),
+                       ordering = stream_for(overlap::line_up_stream, beside);
     const bool tools = features.tools, lines_up = tools && !features.rests;
-    const bool beside_sort = apart(views.particles) && !features.rests && !features.mean_pressure &&
-                             !features.fixed_point;
+    const bool beside_sort = sorts != main && apart(views.particles) && !features.rests &&
+                             !features.mean_pressure && !features.fixed_point;
     if (features.splats && features.fixed_point) clear_velocities(views, main);
-    if (tools) fork(beside), masks(views, beside), mark(masked, beside);
+    if (tools) fork(masking), masks(views, masking), mark(masked, masking);
     begin(views, main);
-    if (tools) fork(posing), pose(views, posing), mark(posed_first, posing);
-    if (tools && features.rests) join(main, masked);  // sleeping depends on the tools
-    fork(sorting), sort_if_due(views, features, sorting), mark(sorted, sorting);
-    if (lines_up) join(beside, sorted), line_up(views, features, beside), mark(lined_up, beside);
-    if (!beside_sort) join(main, sorted);
+    if (tools) fork(first_pose), pose(views, first_pose), mark(posed_first, first_pose);
+    if (tools && features.rests) join(main, masking, masked);  // sleeping depends on the tools
+    fork(sorts), sort_if_due(views, features, sorts), mark(sorted, sorts);
+    if (lines_up) {
+        join(ordering, masking, masked), join(ordering, sorts, sorted);
+        line_up(views, features, ordering), mark(lined_up, ordering);
+    }
+    if (!beside_sort) join(main, sorts, sorted);
     if (features.mean_pressure) find_pressures(views, main);
     p2g(views, features, processors, beside_sort, main);
-    if (beside_sort) join(main, sorted);
-    if (tools) join(main, masked), join(main, posed_first);
+    if (beside_sort) join(main, sorts, sorted);
+    if (tools) join(main, masking, masked), join(main, first_pose, posed_first);
 }
 
 // Everything after the last substep.
 void GpuSolver::end(const Views& views, const Features& features)
 {
     follow(views, features, true, main);
-    if (features.tools && !features.rests) check(cudaStreamWaitEvent(main, lined_up, 0), "join");
+    const bool lines_up = features.tools && !features.rests;
+    if (lines_up && stream_for(overlap::line_up_stream, beside) != main)
+        check(cudaStreamWaitEvent(main, lined_up, 0), "join");
 }
 
 void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t stream,

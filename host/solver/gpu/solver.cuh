@@ -10,6 +10,7 @@
 #include "cuda/mpm/particle.h"
 #include "cuda/surface/surface.cuh"
 #include "host/solver/editable_simulator.h"
+#include "host/solver/gpu/overlaps.h"
 #include "host/solver/gpu/splats.cuh"
 #include "host/solver/gpu/store.cuh"
 
@@ -71,6 +72,7 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     void capture();
     Graph& graph(ToolPace tools) { return graphs[int(tools)]; }
     void capture(ToolPace tools);
+    cudaStream_t stream_for(unsigned which, const Stream& own) const;
     void start(const Views& views, const Features& features);
     void end(const Views& views, const Features& features);
     void follow(const Views& views, const Features& features, bool at_end,
@@ -124,7 +126,8 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     bool was_cut = false;  // the last collected frame
     Pinned<Clock> seen;    // progress, polled during a frame
     Pinned<int> halt;
-    bool posed = false;        // the masks are those of the end of the last frame
+    bool posed = false;                          // the masks are those of the end of the last frame
+    const unsigned overlaps = allowed_overlaps;  // see overlap.h
     bool stepwise = false;     // no graph: KNEAD_GRAPH=0, for profilers and memory checkers
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
     int last_substeps = 0;
