@@ -109,8 +109,7 @@ SmallRun run_of(const std::string& text)
     std::unique_ptr<HandSource> hands;
     if (run.scene.has_hands)
         hands = std::make_unique<HandSource>(hands_of(run.scene), run.scene.hands);
-    const std::unique_ptr<EditableSimulator> solver =
-        make_solver(run.scene.setup, {DeviceKind::cpu, 0});
+    const std::unique_ptr<Simulator> solver = make_solver(run.scene.setup, {DeviceKind::cpu, 0});
     BatchRunOptions options;
     options.frames = 2, options.last_mesh = true;
     run.record = run_frames(run.scene, *solver, hands.get(), options, {});

@@ -86,11 +86,11 @@ Checkpoint filled()
              c.record.depths.max, c.record.depths.bins[3], c.record.depths.bins.back());
     c.record.frames_wanted = 12;
     SavedState& s = c.state;
-    s.setup.particles.resize(3), s.setup.gaussians.resize(2), s.sliding.resize(2);
-    for (Particle<double>& p : s.setup.particles)
+    s.contents.particles.resize(3), s.contents.gaussians.resize(2), s.sliding.resize(2);
+    for (Particle<double>& p : s.contents.particles)
         fill_strained(p, next),
             next.all(p.v, p.C.a, p.C.b, p.C.c, p.e.xx, p.e.yy, p.e.zz, p.e.xy, p.e.xz, p.e.yz, p.k);
-    for (Gaussian<double>& g : s.setup.gaussians)
+    for (Gaussian<double>& g : s.contents.gaussians)
         fill_strained(g, next), next.all(g.F.a, g.F.b, g.F.c);
     s.order = {2, 0, 1}, s.quiet = {7, 0, 9, 11};
     for (SlidingNode& n : s.sliding) next.all(n.place, n.force, n.time, n.impulse_deficit);
@@ -141,7 +141,7 @@ TEST_F(CheckpointContent, CountsThatDoNotFillTheBodyAreRefused)
         EXPECT_THROW(read_checkpoint(path("bad")), InputError);
     };
     Checkpoint c = filled();
-    c.state.setup.particles.pop_back(), refused(c);
+    c.state.contents.particles.pop_back(), refused(c);
     c = filled(), c.state.order.pop_back(), refused(c);
     c = filled(), c.splats.extent.pop_back(), refused(c);
     c = filled(), c.local.active.push_back(0), refused(c);

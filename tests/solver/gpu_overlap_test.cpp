@@ -4,6 +4,7 @@
 #include <string>
 
 #include "host/bench/ball.h"
+#include "host/solver/editable_simulator.h"
 #include "host/solver/gpu/overlaps.h"
 #include "tests/solver/same_bits.h"
 #include "tests/solver/stepwise.h"
@@ -87,7 +88,7 @@ End played(const Given& scene, unsigned overlaps, bool graphs)
     End end;
     for (int f = 0; f < 8; ++f) {
         const FrameStats stats = solver->advance(closing(f * frame, frame), frame);
-        end.substeps += stats.substeps, end.projected += stats.projected;
+        end.substeps += stats.substeps, end.projected += stats[Count::projected];
     }
     end.particles = solver->particles(), end.gaussians = solver->gaussians();
     return end;
@@ -98,7 +99,7 @@ void expect_same(const End& a, const End& b)
     EXPECT_TRUE(same_bits(a.particles, b.particles));
     EXPECT_TRUE(same_bits(a.gaussians, b.gaussians));
     EXPECT_EQ(a.substeps, b.substeps);
-    EXPECT_EQ(a.projected, b.projected);
+    EXPECT_EQ(a[Count::projected], b[Count::projected]);
 }
 
 class GpuOverlap : public ::testing::TestWithParam<Scene> {
@@ -113,7 +114,7 @@ TEST_P(GpuOverlap, PlainStreamOrderGivesTheSameBitsInGraphsAndInDirectLaunches)
 {
     const Given scene = GetParam().make();
     const End usual = played(scene, overlap::all, true);
-    EXPECT_GT(usual.projected, 0);
+    EXPECT_GT(usual[Count::projected], 0);
     {
         SCOPED_TRACE("graphs in plain stream order");
         expect_same(played(scene, overlap::none, true), usual);

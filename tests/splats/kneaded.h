@@ -172,7 +172,7 @@ struct Upkeep {
 };
 
 // Plays so many frames; with `upkeep`, splats are split and added. Returns how many were.
-inline std::pair<std::size_t, std::size_t> play(Body& b, Simulator& solver, int frames,
+inline std::pair<std::size_t, std::size_t> play(Body& b, EditableSimulator& solver, int frames,
                                                 const Upkeep* upkeep = nullptr)
 {
     std::size_t split_up = 0, added = 0;

@@ -52,7 +52,7 @@ class PanelDeskTest : public testing::Test {
     LiveSession live{load_live_scene("scenes/squeeze.json", settings), [] {
                          LiveOptions options;
                          options.stepped = true, options.recorded = false;
-                         options.make = [](const SimulationConfig& s) {
+                         options.make = [](const auto& s) {
                              return make_solver(s, parse_device("cpu"));
                          };
                          return options;
