@@ -118,7 +118,7 @@ SmallRun run_of(const std::string& text)
         row.wall = 0.0625, row.hands_wall = 0.001, row.surface_wall = 0.0125;
         for (StageTime& stage : row.stages) stage.seconds = 0.0075;
     }
-    run.state = solver->save();
+    run.state = solver->editable()->save();
     Json said = report(run.scene, run.record, {});
     said["context"]["date"] = "2026-01-01T00:00:00Z";
     run.report = said.dump();
