@@ -9,8 +9,9 @@ shopt -s nullglob globstar lastpipe
 
 pages=({README,CHANGELOG,CONTRIBUTING,SECURITY}.md docs/{,*/}*.md
     {render,render/view,xr}/README.md {cuda,host,tests,profiling,scenes,examples}/**/README.md)
-sources=({cuda,host,render,xr,tests,profiling,examples}/**/*.{h,cuh,cpp,cu,sh,py} CMakeLists.txt
-    cmake/*.cmake CMakePresets.json .clang-tidy *.sh)
+sources=({cuda,host,render,xr,tests,profiling,examples}/**/*.{h,cuh,cpp,cu,sh,py}
+    CMakeLists.txt {cuda,host,render,xr,tests,profiling}/**/CMakeLists.txt cmake/*.cmake
+    CMakePresets.json .clang-tidy *.sh)
 rooms='(cuda|host|render|xr|tests|docs|scenes|profiling|examples)'
 
 . tests/none.sh

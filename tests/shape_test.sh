@@ -10,8 +10,9 @@ shipped=(cuda/**/*.{h,cuh,cu} host/**/*.{h,cuh,cpp,cu} render/*.{h,cpp} render/v
     xr/*.h xr/*.cpp)
 source=("${shipped[@]}" tests/**/*.h tests/**/*.cpp profiling/**/*.{h,cuh,cpp,cu} examples/*.cpp)
 text=("${source[@]}" tests/**/*.sh tests/**/*.py profiling/**/*.py
-    profiling/*/*.sh demo.sh test.sh .ci/*
-    CMakeLists.txt CMakePresets.json)
+    profiling/*/*.sh demo.sh test.sh .ci/* CMakeLists.txt
+    {cuda,host,render,xr,tests,profiling,examples}/**/CMakeLists.txt cmake/*.cmake
+    CMakePresets.json)
 words=("${text[@]}" {README,CHANGELOG,CONTRIBUTING,SECURITY}.md CITATION.cff docs/{,*/}*.md
     profiling/*.md scenes/*.json)
 [ ${#shipped[@]} -gt 0 ] || { echo "no source found"; exit 1; }
@@ -22,8 +23,9 @@ grep -nE '^.{101,}' "${text[@]}" | cut -c1-90 | none "lines of more than 100 col
 grep -nP '\t| +$|\r' "${text[@]}" | none "tabs or blanks at the end of a line"
 grep -nE '__CUDA_ARCH__|__CUDACC__' "${source[@]}" | grep -v '^cuda/math/hd\.h:' |
     none "__CUDA_ARCH__ and __CUDACC__ belong in cuda/math/hd.h"
-grep -nE '#define +[A-Za-z_0-9]+(\(| +[^ ])' "${shipped[@]}" | grep -v '^cuda/math/hd\.h:' |
-    none "macros other than HD and UNROLL (switches of a library, without a value, are allowed)"
+grep -nE '#define +[A-Za-z_0-9]+(\(| +[^ ])' "${shipped[@]}" |
+    grep -vE '^(cuda/math/hd|host/solver/cpu/namespace)\.h:' |
+    none "macros with a value other than HD, UNROLL and KNEAD_CPU_LEVEL"
 grep -n '<<<' "${source[@]}" | grep -v '^cuda/device/launch\.cuh:' |
     none "kernels that start elsewhere than in cuda/device/launch.cuh have no range in a profiler"
 grep -n 'cudaDeviceSynchronize *(' "${shipped[@]}" |

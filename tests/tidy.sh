@@ -45,9 +45,9 @@ done
 logs=$(mktemp -d)
 trap 'rm -rf "$logs"' EXIT
 # The commands are GCC's: clang does not know all of its warnings, and -Werror would make that and
-# clang's own warnings errors. Nor does clang 14 know -fno-gnu-unique, or levels of x86-64 as
+# clang's own warnings errors. Nor does clang 14 know -fwhole-program, or levels of x86-64 as
 # features of a processor.
-sed -E 's/ -(Werror|fno-gnu-unique|DKNEAD_CPU_LEVELS)(=[^ ]*)?//g' "$folder/compile_commands.json" \
+sed -E 's/ -(Werror|fwhole-program|DKNEAD_CPU_LEVELS)(=[^ ]*)?//g' "$folder/compile_commands.json" \
     >"$logs/compile_commands.json"
 mkdir "$logs/out"
 # One log a file, so that the outputs of files that are checked at a time do not mix.

@@ -157,7 +157,7 @@ void add_bench(CLI::App& app, Verb& chosen)
                     "Instructions and bytes, too, by the GPU's counters (needs CUPTI)");
     bench->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
     bench->add_option("--case-limit", o.case_limit, "Seconds after which a case begins no frame")
-        ->check(between(0, longest));
+        ->check(between(0, longest_time));
     bench->add_option("--max-memory", o.max_memory, "MiB of the host; 0: what is free")
         ->check(between(0, most_memory));
     bench->add_option("--max-particles", o.max_particles, "Largest size of the suite scale")

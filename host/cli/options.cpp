@@ -107,10 +107,10 @@ void add_run(CLI::App& app, Verb& chosen)
         if (other != resume && other != run->get_help_ptr()) resume->excludes(other);
     run->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
     run->add_option("--time-limit", o.time_limit, "Seconds after which it ends, with its results")
-        ->check(between(0, longest));
+        ->check(between(0, longest_time));
     run->add_option("--checkpoint", o.checkpoint,
                     "Seconds from checkpoint to checkpoint, with --out; 60 if not given, 0: none")
-        ->check(between(0, longest));
+        ->check(between(0, longest_time));
     run->add_flag("--json", o.json, "The report on stdout");
     run->add_flag("-q,--quiet", o.quiet, "No progress, no summary");
     run->add_flag("-v,--verbose", o.verbose, "A line per frame");
@@ -186,7 +186,7 @@ void add_vr(CLI::App& app, Verb& chosen)
         ->check(CLI::Range(0, 8));
     vr->add_option("--patience", o.patience, "Seconds that a lost runtime is waited for")
         ->capture_default_str()
-        ->check(between(0, longest));
+        ->check(between(0, longest_time));
     vr->add_flag("--deterministic", o.deterministic,
                  "The display steps the simulation: the same hands give the same bits");
     vr->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));

@@ -14,8 +14,8 @@ CLI::Validator setting();
 // Throws InputError with a suggestion if the file does not exist and a bundled scene has a similar
 // name. Other errors are reported when the file is read.
 void check_scene(const std::string& name);
-constexpr double longest = 1e9;      // [s]
-constexpr double most_memory = 1e9;  // [MiB]
+constexpr double longest_time = 1e9;  // [s]
+constexpr double most_memory = 1e9;   // [MiB]
 
 void add_run(CLI::App& app, Verb& chosen);
 void add_record(CLI::App& app, Verb& chosen);

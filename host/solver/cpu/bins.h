@@ -7,8 +7,10 @@
 
 #include "cuda/mpm/lattice.h"
 #include "host/base/parallel.h"
+#include "host/solver/cpu/namespace.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 struct Bins {
     std::vector<int> key;       // per particle: its block, updated where the particle is moved
@@ -171,4 +173,5 @@ struct Bins {
     std::vector<char> mark;
 };
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

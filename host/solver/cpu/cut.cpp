@@ -5,6 +5,7 @@
 #include "host/solver/pieces.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 // Sets `split` for all blocks if anywhere clay of both labels, or a blade, is close enough to share
 // a node with clay of another label. It is set for all blocks, because a labelled particle always
@@ -114,4 +115,5 @@ template void CpuSolver<float>::update_mirror_set(int, Int3, Int3, float, Thread
 template void CpuSolver<float>::split_update(int, float, ThreadStats&);
 template void CpuSolver<float>::finish_cuts(bool);
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

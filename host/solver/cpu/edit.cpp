@@ -11,6 +11,7 @@
 #include "host/solver/cpu/solver.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 template <class R>
 struct CpuSnapshot : Snapshot {
@@ -310,4 +311,5 @@ void CpuSolver<R>::load(const SavedState& state)
 
 template class CpuSolver<float>;
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

@@ -8,6 +8,7 @@
 #include "host/solver/cpu/lanes.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 // Up to one particle per lane, of one object; unused lanes repeat the last particle.
 template <class R>
@@ -171,4 +172,5 @@ struct Stencils {
     }
 };
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

@@ -4,6 +4,7 @@
 #include "host/solver/cpu/solver.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 template <class R>
 std::vector<double> CpuSolver<R>::penetration() const
@@ -39,4 +40,5 @@ std::vector<Vec3<double>> CpuSolver<R>::velocities() const
 template std::vector<double> CpuSolver<float>::penetration() const;
 template std::vector<Vec3<double>> CpuSolver<float>::velocities() const;
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "cuda/mpm/material.h"
+#include "host/solver/cpu/namespace.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 #if defined __AVX512F__
 constexpr int vector_bytes = 64;
@@ -131,4 +133,5 @@ template <class V>
     a = mixed<0>(ac, bd), b = mixed<1>(ac, bd), c = mixed<0>(AC, BD), d = mixed<1>(AC, BD);
 }
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

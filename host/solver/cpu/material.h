@@ -6,6 +6,7 @@
 #include "host/solver/cpu/group.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 // Kirchhoff stress [Pa] of a group.
 template <class R>
@@ -41,4 +42,5 @@ inline unsigned near_yield_mask(const Particle<Lanes<R>>& p, const Material<R>& 
     return lanes;
 }
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

@@ -5,6 +5,7 @@
 #include "host/solver/cpu/solver.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 // Sums the pressure of all of the block's particles per cell and applies the mean to `members`.
 template <class R>
@@ -29,4 +30,5 @@ void CpuSolver<R>::share_pressure(int slot, Bins::Members members)
 
 template void CpuSolver<float>::share_pressure(int, Bins::Members);
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

@@ -6,6 +6,7 @@
 #include "host/solver/cpu/group.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 constexpr int tile_edge = block_edge + 2, tile_nodes = tile_edge * tile_edge * tile_edge;
 
@@ -88,4 +89,5 @@ inline void add(const Row<R>& a, Node<R>* first)
         std::memcpy(reinterpret_cast<char*>(first) + i * sizeof(Part), &sum.part[i], sizeof(Part));
 }
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

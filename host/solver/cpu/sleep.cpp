@@ -5,6 +5,7 @@
 #include "host/solver/cpu/transfer.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 // Before the first substep of a frame: determines the activity of blocks and stops sleeping
 // particles.
@@ -21,7 +22,7 @@ void CpuSolver<R>::update_activity(const Motion& motion)
     std::vector<R> fastest(std::size_t(blocks), 0);
     parallel_for(blocks, LoopOptions{.threads = threads, .chunk = 16}, [&](int b) {
         for_each_of(b, [&](const Particle<R>& p) {
-            fastest[std::size_t(b)] = max(fastest[std::size_t(b)], dot(p.v, p.v));
+            fastest[std::size_t(b)] = knead::max(fastest[std::size_t(b)], dot(p.v, p.v));
         });
     });
     stillness.begin(fastest, boxes_around(posed, motion, stillness.options.reach));
@@ -86,4 +87,5 @@ template Bins::Members CpuSolver<float>::movers_among(Bins::Members, std::vector
 template bool CpuSolver<float>::pushes(int, float, const Tile<float>*) const;
 template void CpuSolver<float>::wake_roused(FrameStats&);
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

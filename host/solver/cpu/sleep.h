@@ -10,6 +10,7 @@
 #include "host/solver/cpu/tools.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 template <class R>
 struct Stillness {
@@ -149,12 +150,13 @@ std::vector<AxisBox<R>> boxes_around(const PosedTools<R>& posed, const Motion& m
         if (!std::isfinite(dot(middle.low, middle.high) + grown)) continue;
         AxisBox<R>& box = boxes[std::size_t(p.tool)];
         const Vec3<R> low = middle.low, high = middle.high;
-        box.low = {min(box.low.x, low.x - grown), min(box.low.y, low.y - grown),
-                   min(box.low.z, low.z - grown)};
-        box.high = {max(box.high.x, high.x + grown), max(box.high.y, high.y + grown),
-                    max(box.high.z, high.z + grown)};
+        box.low = {knead::min(box.low.x, low.x - grown), knead::min(box.low.y, low.y - grown),
+                   knead::min(box.low.z, low.z - grown)};
+        box.high = {knead::max(box.high.x, high.x + grown), knead::max(box.high.y, high.y + grown),
+                    knead::max(box.high.z, high.z + grown)};
     }
     return boxes;
 }
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

@@ -14,6 +14,7 @@
 #include "host/solver/substep.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 template <class R>
 CpuSolver<R>::CpuSolver(const Setup& given)
@@ -383,9 +384,14 @@ std::size_t CpuSolver<R>::memory() const
 template void CpuSolver<float>::load_tile(const std::vector<Node<float>>&, Int3,
                                           Tile<float>&) const;
 
+#ifndef __clang__
+// All else is local to its level (CMakeLists.txt: -fwhole-program).
+[[gnu::externally_visible]] std::unique_ptr<EditableSimulator> plain_cpu_solver(const Setup& setup);
+#endif
 std::unique_ptr<EditableSimulator> plain_cpu_solver(const Setup& setup)
 {
     return std::make_unique<CpuSolver<float>>(setup);
 }
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

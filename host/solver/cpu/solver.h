@@ -21,6 +21,7 @@
 #include "host/solver/edits.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 enum StageName {
     stage_pose,
@@ -268,4 +269,5 @@ void CpuSolver<R>::for_each(int count, StageName stage, Body&& body)
     stage_times[stage].seconds += wall_seconds() - start;
 }
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

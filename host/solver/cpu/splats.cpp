@@ -5,6 +5,7 @@
 #include "host/solver/pieces.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 // Sorts the Gaussians by block at the beginning of a frame.
 template <class R>
@@ -131,4 +132,5 @@ template void CpuSolver<float>::set_gaussians(const std::vector<Gaussian<double>
 template void CpuSolver<float>::edit_gaussians(const GaussianEdits&);
 template std::vector<Gaussian<double>> CpuSolver<float>::gaussians() const;
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

@@ -8,10 +8,12 @@
 #include "cuda/contact/cut.h"
 #include "cuda/contact/skinning.h"
 #include "cuda/mpm/lattice.h"
+#include "host/solver/cpu/namespace.h"
 #include "host/solver/simulator.h"
 #include "host/solver/substep.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 template <class R>
 struct PosedTools {
@@ -136,4 +138,5 @@ const Mask& PosedTools<R>::mask_at(const Lattice<R>& lattice, Vec3<R> x) const
     return masks[std::size_t(lattice.block_of({int(g.x), int(g.y), int(g.z)}))];
 }
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

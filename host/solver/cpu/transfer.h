@@ -10,6 +10,7 @@
 #include "host/solver/cpu/rows.h"
 
 namespace knead {
+inline namespace KNEAD_CPU_LEVEL {
 
 // Contribution of a group to its nodes: momentum and mass at the base node, and their increments
 // per node along each axis.
@@ -79,4 +80,5 @@ template <class R, class Nodes>
     return moved;
 }
 
+}  // namespace KNEAD_CPU_LEVEL
 }  // namespace knead

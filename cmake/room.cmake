@@ -1,0 +1,46 @@
+# What waits for the solver or for the disk is as quick with -O1, and compiled in less time. Under
+# sanitizers tests are, too.
+set(knead_cold $<$<OR:$<CONFIG:Release>,$<BOOL:${KNEAD_SANITIZE}>>:-O1>)
+# Where the scope of variables is watched, GCC keeps the vectors of the solver's loops in memory,
+# and most of the tests' time was spent there. Its formulas are those of the reference and of tests,
+# where scopes are watched; objects of splats and scenes are made by loops of the kind.
+if(KNEAD_SANITIZE)
+    set(knead_unwatched -fno-sanitize-address-use-after-scope)
+endif()
+
+# The calling folder's files as a part of the library `solver` or `app`: an object library, named
+# knead_FOLDER and given in the variable `room`. FLAGS are those of the C++ compiler. With
+# KNEAD_UNITED the files are compiled together, but for those that are listed after APART.
+function(knead_room library)
+    cmake_parse_arguments(PARSE_ARGV 1 with "" "" "SOURCES;FLAGS;APART")
+    file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+    string(MAKE_C_IDENTIFIER knead_${folder} name)
+    set(room ${name} PARENT_SCOPE)
+    if(NOT with_SOURCES)
+        file(GLOB with_SOURCES CONFIGURE_DEPENDS *.cpp)
+        if(KNEAD_CUDA)
+            file(GLOB cuda_sources CONFIGURE_DEPENDS *.cu)
+        endif()
+    endif()
+    # CMake unites CUDA from 3.31 on; until then by a file that includes the others.
+    list(LENGTH cuda_sources count)
+    if(KNEAD_UNITED AND count GREATER 1 AND NOT folder MATCHES "^cuda/")
+        list(TRANSFORM cuda_sources REPLACE "(.+)" "#include \"\\1\"\n")
+        list(JOIN cuda_sources "" includes)
+        set(cuda_sources ${CMAKE_CURRENT_BINARY_DIR}/united.cu)
+        file(CONFIGURE OUTPUT ${cuda_sources} CONTENT "${includes}" @ONLY)
+    endif()
+    add_library(${name} OBJECT ${with_SOURCES} ${cuda_sources})
+    target_link_libraries(${name} PRIVATE knead_${library}_room)
+    target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:${with_FLAGS}>)
+    set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON
+        CUDA_RUNTIME_LIBRARY Static UNITY_BUILD ${KNEAD_UNITED} UNITY_BUILD_BATCH_SIZE 0)
+    if(library STREQUAL "solver" AND PROJECT_IS_TOP_LEVEL)
+        # What ptxas says of every kernel is kept beside its object, for tests/kernels_test.sh.
+        target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CUDA>:-Xptxas=-v>)
+        set_property(TARGET ${name} PROPERTY CUDA_COMPILER_LAUNCHER
+            ${PROJECT_SOURCE_DIR}/tests/keep_ptxas.sh ${CMAKE_CUDA_COMPILER_LAUNCHER})
+    endif()
+    set_source_files_properties(${with_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    target_sources(knead_${library} PRIVATE $<TARGET_OBJECTS:${name}>)
+endfunction()
