@@ -84,7 +84,7 @@ void EyeClay::set(const DeviceMesh& mesh, const std::vector<int>& unseen)
     about_ = around(Geometry{}, {0, 0, 0}, farthest_);
     if (!mesh.empty()) {
         shared_.take(mesh);
-        about_ = around(mesh.low(), mesh.high(), {0, 0, 0}, farthest_);
+        about_ = around(mesh.box(), {0, 0, 0}, farthest_);
         for (const int category : mesh.categories())
             parts.push_back({category, !among(unseen, category), {}});
     }

@@ -188,27 +188,21 @@ Geometry gather(const std::vector<Mesh>& meshes, const std::vector<HandLook>& ha
     return g;
 }
 
-Ball around(Vec3<float> low, Vec3<float> high, Vec3<float> target, float reach)
+Ball around(const Box3<float>& box, Vec3<float> target, float reach)
 {
-    low = within(low, target, reach), high = within(high, target, reach);
-    const float radius = length(high - low) / 2;
-    return {0.5f * (low + high), max(radius, 1e-3f * reach)};
+    const Box3<float> near{within(box.low, target, reach), within(box.high, target, reach)};
+    const float radius = length(edges(near)) / 2;
+    return {centre(near), max(radius, 1e-3f * reach)};
 }
 
 Ball around(const Geometry& geometry, Vec3<float> target, float reach)
 {
-    const Vec3<float> side{reach, reach, reach};
-    Vec3<float> low = target + side, high = target - side;
-    bool any = false;
-    const auto grow = [&](int i) {
-        const Vec3<float> q = within(geometry.vertices[i].place, target, reach);
-        low = {min(low.x, q.x), min(low.y, q.y), min(low.z, q.z)};
-        high = {max(high.x, q.x), max(high.y, q.y), max(high.z, q.z)};
-        any = true;
-    };
-    for (const Int3 t : geometry.triangles) grow(t.x), grow(t.y), grow(t.z);
-    if (!any) return {target, reach};
-    return around(low, high, target, reach);
+    Box3<float> box = empty_box<float>();
+    for (const Int3 t : geometry.triangles)
+        for (const int i : {t.x, t.y, t.z})
+            grow(box, within(geometry.vertices[i].place, target, reach));
+    if (empty(box)) return {target, reach};
+    return around(box, target, reach);
 }
 
 }  // namespace knead

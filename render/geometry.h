@@ -3,6 +3,7 @@
 #pragma once
 #include <vector>
 
+#include "cuda/math/box.h"
 #include "render/painter.h"
 
 namespace knead {
@@ -63,7 +64,7 @@ struct Ball {
     Vec3<float> centre;
     float radius;
 };
-Ball around(Vec3<float> low, Vec3<float> high, Vec3<float> target, float reach);  // a box
+Ball around(const Box3<float>& box, Vec3<float> target, float reach);
 Ball around(const Geometry& geometry, Vec3<float> target, float reach);
 
 }  // namespace knead

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <numeric>
 
+#include "cuda/math/box.h"
 #include "cuda/math/rotation.h"
 #include "host/surface/surface.h"
 
@@ -74,11 +75,9 @@ ClosestPoint<float> nearest(const Laid& hand, Vec3<float> p)
 // Occupancy of the union: 1/2 on the surface, from 1 inside to 0 outside over two spacings.
 Field inside(const Laid& hand)
 {
-    Vec3<float> low{1, 1, 1}, high{-1, -1, -1};
-    for (const Shape<float>& s : hand.shapes) {
-        low = {min(low.x, s.low.x), min(low.y, s.low.y), min(low.z, s.low.z)};
-        high = {max(high.x, s.high.x), max(high.y, s.high.y), max(high.z, s.high.z)};
-    }
+    Box3<float> box{{1, 1, 1}, {-1, -1, -1}};
+    for (const Shape<float>& s : hand.shapes) grow(box, Box3<float>{s.low, s.high});
+    const auto& [low, high] = box;
     const auto node = [](float x) { return int(std::floor(x / spacing)); };
     Field field;
     field.dx = spacing;

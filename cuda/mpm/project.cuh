@@ -16,7 +16,7 @@ __device__ inline const Mask* near_tools(const NearView& d, const Lattice<float>
                                          Vec3<float> x)
 {
     const Int3 cell = lattice.cell_of(x);
-    const bool in = d.stored.holds(x) && d.passes > 0;
+    const bool in = contains(d.stored, x) && d.passes > 0;
     if (!in) return nullptr;
     const Mask& mask = d.masks[lattice.block_of(cell)];
     return empty(loaded(mask)) ? nullptr : &mask;
@@ -88,9 +88,9 @@ __device__ void project(Particle<float>& q, PerCell&& per_cell, const G2pView& d
         happened.depth = project_out_of_tools<f.blades, !f.mixed>(q, per_cell, d, later, scratch,
                                                                   moves, happened.covered);
     happened.projected = happened.depth > 0;
-    if (d.free.holds(q.x)) return;
+    if (contains(d.free, q.x)) return;
     happened.confined = confine(q, d.walls);
-    q.x = d.near.stored.nearest(q.x);
+    q.x = nearest(d.near.stored, q.x);
 }
 
 }  // namespace knead::gpu

@@ -12,7 +12,7 @@ constexpr int threads = 128;
 // Bounding boxes of the tools over the whole frame; empty for inactive tools.
 struct Boxes {
     int low[3][max_boxes], high[3][max_boxes];
-    __device__ AxisBox<float> at(int t) const
+    __device__ Box3<float> at(int t) const
     {
         return {{unordered(low[0][t]), unordered(low[1][t]), unordered(low[2][t])},
                 {unordered(high[0][t]), unordered(high[1][t]), unordered(high[2][t])}};

@@ -3,7 +3,7 @@
 // to moving clay scatters its mass and stress, so that it supports its neighbours; it wakes if it
 // is pushed.  (29), (30)
 #pragma once
-#include "cuda/math/vec.h"
+#include "cuda/math/box.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
 
@@ -86,19 +86,12 @@ HD Vec3<R> held_rise(Vec3<R> gravity, R dt)
     return -dt * gravity;
 }
 
-// Two corners of an axis-aligned box [m].
-template <class R>
-struct AxisBox {
-    Vec3<R> low, high;
-};
-
 // Whether a block, given by its coordinates, overlaps the box.
 template <class R>
-HD bool meets(const AxisBox<R>& box, Int3 block, R edge)
+HD bool meets(const Box3<R>& box, Int3 block, R edge)
 {
     const Vec3<R> low = {edge * R(block.x), edge * R(block.y), edge * R(block.z)};
-    return low.x <= box.high.x && low.y <= box.high.y && low.z <= box.high.z &&
-           low.x + edge >= box.low.x && low.y + edge >= box.low.y && low.z + edge >= box.low.z;
+    return intersects({low, low + Vec3<R>{edge, edge, edge}}, box);
 }
 
 }  // namespace knead

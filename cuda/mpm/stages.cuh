@@ -79,7 +79,7 @@ struct Views {
     ParticleView particles[2];  // their rows may overlap: see particles.cuh
     Materials materials;
     Lattice<float> lattice;
-    Region stored, free;  // see stored_region.h
+    Box3<float> stored, free;  // see stored_region.h
     Walls<float> walls;
     Sliding<float>* sliding;
     Vec3<float> gravity;  // [m/s^2]

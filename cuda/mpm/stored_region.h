@@ -4,29 +4,16 @@
 #pragma once
 #include <bit>
 
+#include "cuda/math/box.h"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/stencil.h"
 #include "cuda/mpm/walls.h"
 
 namespace knead {
 
-// An axis-aligned box.
-struct Region {
-    Vec3<float> min, max;               // [m]
-    HD bool holds(Vec3<float> x) const  // false for NaN
-    {
-        return x.x >= min.x && x.y >= min.y && x.z >= min.z && x.x <= max.x && x.y <= max.y &&
-               x.z <= max.z;
-    }
-    HD Vec3<float> nearest(Vec3<float> x) const  // point of the box; NaN stays
-    {
-        return {clamp(x.x, min.x, max.x), clamp(x.y, min.y, max.y), clamp(x.z, min.z, max.z)};
-    }
-};
-
-// Positions whose whole stencil is stored. A particle that tools push out of this region is clamped
-// to the nearest position in it until more nodes are stored; then the tools push it on.
-inline Region stored_region(const Lattice<float>& l)
+// Positions whose whole stencil is stored [m]. A particle that tools push out of this region is
+// clamped to the nearest position in it until more nodes are stored; then the tools push it on.
+inline Box3<float> stored_region(const Lattice<float>& l)
 {
     // 0.01 cells for rounding.
     const auto min = [&l](int low) { return l.dx * (float(low) + 0.51f); };
@@ -36,12 +23,10 @@ inline Region stored_region(const Lattice<float>& l)
 }
 
 // The part of that region inside the walls (project.h): most clay needs no other test.
-inline Region free_region(const Lattice<float>& l, const Walls<float>& walls)
+inline Box3<float> free_region(const Lattice<float>& l, const Walls<float>& walls)
 {
-    const Region p = stored_region(l);
-    const Vec3<float>&low = walls.min, &high = walls.max;
-    return {{max(p.min.x, low.x), max(p.min.y, low.y), max(p.min.z, low.z)},
-            {min(p.max.x, high.x), min(p.max.y, high.y), min(p.max.z, high.z)}};
+    const Box3<float> p = stored_region(l);
+    return {greater(p.low, walls.min), lesser(p.high, walls.max)};
 }
 
 // Ends of the box that block b is at and that are not ends of the lattice, as bits: 1 << 2 * axis

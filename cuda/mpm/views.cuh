@@ -120,9 +120,9 @@ struct ContactView {
 // Contact candidates of particles.
 struct NearView {
     // reads
-    Region stored;      // no masks outside
-    const Mask* masks;  // block_count
-    int passes;         // of projection; 0: no tools
+    Box3<float> stored;  // no masks outside
+    const Mask* masks;   // block_count
+    int passes;          // of projection; 0: no tools
     PushoutLimits<float> pushout;
 };
 
@@ -309,7 +309,7 @@ struct G2pView : ScatterView {
     // reads
     const float4* velocities[2];  // of substep n, in n % 2
     Materials materials;
-    Region free;  // see stored_region.h
+    Box3<float> free;  // see stored_region.h
     Walls<float> walls;
     ContactView contact;
     NearView near;

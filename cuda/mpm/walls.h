@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "cuda/contact/contact.h"
+#include "cuda/math/box.h"
 #include "cuda/mpm/lattice.h"
 
 namespace knead {
@@ -18,8 +19,7 @@ struct WallOptions {
 template <class R>
 HD Vec3<R> put_between(const WallOptions& walls, Vec3<R> x)
 {
-    const Vec3<R> low = cast<R>(walls.min), high = cast<R>(walls.max);
-    return {clamp(x.x, low.x, high.x), clamp(x.y, low.y, high.y), clamp(x.z, low.z, high.z)};
+    return nearest({cast<R>(walls.min), cast<R>(walls.max)}, x);
 }
 
 // The walls as the stages use them. Nodes on and behind a face are constrained; the others are

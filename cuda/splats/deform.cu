@@ -15,7 +15,7 @@ struct DeformView {
     // reads
     const float4* velocities[2];  // fields * node_count each, of substep n in n % 2
     Lattice<float> lattice;
-    Region free;  // see stored_region.h
+    Box3<float> free;  // see stored_region.h
     Walls<float> walls;
     ContactView contact;
     NearView near;
@@ -76,7 +76,7 @@ template <Features f>
 __device__ Way field_around(const DeformView& d, Vec3<float> x, int i, int n,
                             LinearField<float>& field)
 {
-    if (!d.near.stored.holds(x)) return Way::stranded;
+    if (!contains(d.near.stored, x)) return Way::stranded;
     const Int3 base = base_node(x, d.lattice.spacing);
     if constexpr (f.rests)
         if (d.moves_from[d.lattice.block_of(base)] > n) return Way::still;
@@ -128,7 +128,7 @@ __global__ void __launch_bounds__(threads, Case::features.blades ? 5 : 6)
     if (way != Way::still) {
         Gaussian<float> g = d.splats.load(i);
         if (way == Way::moves) carry(g, field, by.dt, by.substeps);
-        if (!d.free.holds(g.x)) keep_within(g, d.walls);
+        if (!contains(d.free, g.x)) keep_within(g, d.walls);
         happened.repaired = !sound(g);
         if (!happened.repaired) d.splats.store(i, g);
     }
@@ -141,7 +141,7 @@ __device__ void clear(const DeformView& d, int i, int n, Happened& happened)
 {
     Gaussian<float> g{};
     d.splats.load_place(i, g);
-    if (!d.near.stored.holds(g.x)) return;
+    if (!contains(d.near.stored, g.x)) return;
     if constexpr (f.rests)
         if (d.moves_from[d.lattice.block_of(base_node(g.x, d.lattice.spacing))] > n) return;
     const Mask& mask = d.near.masks[d.lattice.block_of(d.lattice.cell_of(g.x))];

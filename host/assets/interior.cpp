@@ -3,6 +3,7 @@
 #include <array>
 #include <numbers>
 
+#include "cuda/math/box.h"
 #include "cuda/mpm/stencil.h"
 #include "host/base/parallel.h"
 #include "host/scene/strata.h"
@@ -95,17 +96,8 @@ enum Kind : char { empty, fixed, free_node };
 struct Colours {
     std::vector<Vec3<float>> value;
     std::vector<char> kind;
-    Vec3<float> low, high;  // range of the fixed values
+    Box3<float> range;  // of the fixed values
 };
-
-Vec3<float> lesser(Vec3<float> a, Vec3<float> b)
-{
-    return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)};
-}
-Vec3<float> greater(Vec3<float> a, Vec3<float> b)
-{
-    return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)};
-}
 
 // Colours of the visible splats at the nodes around them, weighted by the light that they receive.
 Colours surface_colours(const SplatCloud& cloud, const std::vector<std::uint32_t>& kept,
@@ -113,7 +105,7 @@ Colours surface_colours(const SplatCloud& cloud, const std::vector<std::uint32_t
 {
     const Grid& grid = solid.grid;
     const std::size_t stride = std::size_t(harmonics(cloud.degree));
-    Colours c{std::vector<Vec3<float>>(grid.count()), std::vector<char>(grid.count()), {}, {}};
+    Colours c{std::vector<Vec3<float>>(grid.count()), std::vector<char>(grid.count()), {}};
     std::vector<float> weight(grid.count());
     for (std::uint32_t i : kept) {
         const Stencil<double> s = stencil(cast<double>(cloud.centre[i]) - grid.origin, grid.h);
@@ -133,8 +125,8 @@ Colours surface_colours(const SplatCloud& cloud, const std::vector<std::uint32_t
         if (weight[i] > 0 && weight[i] >= enough) {
             const Vec3<float> v = c.value[i] = (1 / weight[i]) * c.value[i];
             c.kind[i] = fixed;
-            c.low = first ? v : lesser(c.low, v);
-            c.high = first ? v : greater(c.high, v);
+            if (first) c.range = {v, v};
+            grow(c.range, v);
             first = false;
         } else {
             c.value[i] = {};
@@ -162,7 +154,7 @@ void spread_inwards(const Grid& grid, Colours& c, std::vector<std::size_t> nodes
     const auto next = neighbours(grid);
     std::vector<char> has(c.kind.size());
     for (std::size_t i = 0; i < has.size(); ++i) has[i] = c.kind[i] == fixed;
-    const Vec3<float> middle = 0.5f * (c.low + c.high);
+    const Vec3<float> middle = centre(c.range);
     for (std::size_t i : nodes) {
         Mean mean;
         for (std::ptrdiff_t d : next) {
@@ -230,7 +222,8 @@ std::vector<Vec3<float>> inner_colours(const SplatCloud& cloud,
     const float over = float(2 / (1 + std::sin(std::numbers::pi / width)));
     for (int sweep = 0; sweep < int(3 * width); ++sweep)
         for (const std::vector<std::size_t>& nodes : by_parity) relax(grid, c, nodes, over);
-    for (std::size_t i : free_nodes) c.value[i] = greater(c.low, lesser(c.high, c.value[i]));
+    for (std::size_t i : free_nodes)
+        c.value[i] = greater(c.range.low, lesser(c.range.high, c.value[i]));
     pad(grid, c);
     return std::move(c.value);
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 
+#include "cuda/math/box.h"
 #include "cuda/mpm/stencil.h"
 #include "host/assets/light.h"
 #include "host/assets/poisson.h"
@@ -23,34 +24,23 @@ constexpr double max_depth = 12;     // per spacing
 constexpr float dark = 0.005f;       // fraction of the sky below which light counts as leakage
 constexpr double max_samples = 2e7;  // over all splats
 
-struct Box {
-    Vec3<double> low, high;
-    double longest() const
-    {
-        const Vec3<double> d = high - low;
-        return max(d.x, max(d.y, d.z));
-    }
-};
-
 // Bounding box of the ellipsoids of one standard deviation.
-Box box_of(const SplatCloud& cloud, const Indices& kept)
+Box3<double> box_of(const SplatCloud& cloud, const Indices& kept)
 {
-    constexpr double most = std::numeric_limits<double>::max();
-    Box box{{most, most, most}, {-most, -most, -most}};
+    Box3<double> box = empty_box<double>();
     for (std::uint32_t i : kept) {
         const Sym3<double> c = covariance(
             Ellipsoid<double>{cast<double>(cloud.rotation[i]), cast<double>(cloud.scale[i])});
         const Vec3<double> x = cast<double>(cloud.centre[i]),
                            s{std::sqrt(c.xx), std::sqrt(c.yy), std::sqrt(c.zz)};
-        box.low = {min(box.low.x, x.x - s.x), min(box.low.y, x.y - s.y), min(box.low.z, x.z - s.z)};
-        box.high = {max(box.high.x, x.x + s.x), max(box.high.y, x.y + s.y),
-                    max(box.high.z, x.z + s.z)};
+        grow(box, Box3<double>{x - s, x + s});
     }
     return box;
 }
 
 // Number of cells of edge h that contain a centre; h is at least 2^-20 of the box.
-std::size_t occupied(const SplatCloud& cloud, const Indices& kept, const Box& box, double h)
+std::size_t occupied(const SplatCloud& cloud, const Indices& kept, const Box3<double>& box,
+                     double h)
 {
     std::vector<std::uint64_t> keys;
     keys.reserve(kept.size());
@@ -65,9 +55,10 @@ std::size_t occupied(const SplatCloud& cloud, const Indices& kept, const Box& bo
 // The finest spacing whose occupied cells contain 1.5 distinct centres on average, so that a
 // surface covered by splines three cells wide has no gap; between the box's longest edge /
 // max_cells and / 16.
-double covering_spacing(const SplatCloud& cloud, const Indices& kept, const Box& box, int max_cells)
+double covering_spacing(const SplatCloud& cloud, const Indices& kept, const Box3<double>& box,
+                        int max_cells)
 {
-    const double longest = box.longest();
+    const double longest = longest_edge(box);
     const std::size_t different = occupied(cloud, kept, box, longest * 0x1p-20);
     double cells = max_cells;
     while (cells > 16 && 3 * occupied(cloud, kept, box, longest / cells) > 2 * different)
@@ -76,16 +67,16 @@ double covering_spacing(const SplatCloud& cloud, const Indices& kept, const Box&
 }
 
 // Grid with a margin for the potential to decay, and edges that multigrid can halve.
-Grid grid_over(const Box& box, double h)
+Grid grid_over(const Box3<double>& box, double h)
 {
-    const double margin = max(6 * h, box.longest() / 6);
+    const double margin = max(6 * h, longest_edge(box) / 6);
     Grid grid;
     grid.h = h;
     const auto nodes = [&](double length) {
         const int cells = int(std::ceil((length + 2 * margin) / h));
         return (cells + poisson_edge - 1) / poisson_edge * poisson_edge + 1;
     };
-    const Vec3<double> edge = box.high - box.low;
+    const Vec3<double> edge = edges(box);
     grid.size = {nodes(edge.x), nodes(edge.y), nodes(edge.z)};
     const Vec3<double> room =
         h * Vec3<double>{grid.size.x - 1.0, grid.size.y - 1.0, grid.size.z - 1.0};
@@ -311,8 +302,8 @@ bool Solid::visible(Vec3<double> x) const
 Solid find_solid(const SplatCloud& cloud, const Indices& kept, const SolidOptions& options)
 {
     if (kept.empty()) throw InputError("expected splats of an object, found none");
-    const Box box = box_of(cloud, kept);
-    if (!(box.longest() > 0) || !std::isfinite(box.longest()))
+    const Box3<double> box = box_of(cloud, kept);
+    if (!(longest_edge(box) > 0) || !std::isfinite(longest_edge(box)))
         throw InputError("expected splats that make up an object, found all of them in one point");
     const double h = covering_spacing(cloud, kept, box, clamp(options.max_cells, 8, 320));
     Solid solid;

@@ -5,23 +5,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "cuda/math/box.h"
 #include "host/base/errors.h"
 #include "host/splats/deformed.h"
 
 namespace knead {
 namespace {
-
-struct PartBox {
-    Vec3<double> low{1e30, 1e30, 1e30}, high{-1e30, -1e30, -1e30};
-
-    void add(Vec3<double> x)
-    {
-        low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
-        high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
-    }
-    Vec3<double> size() const { return high - low; }
-    Vec3<double> centre() const { return 0.5 * (low + high); }
-};
 
 Quat<double> about(Vec3<double> axis, double degrees)
 {
@@ -51,13 +40,10 @@ Quat<double> upright(UpAxis up)
 // Keeps the splats between the walls: others, floaters missed by the cleaning, cannot be placed.
 void keep_between(const WallOptions& walls, const FilledObject& filled, SplatObject& object)
 {
-    const auto in = [](double x, double low, double high) { return x >= low && x <= high; };
     std::vector<std::uint32_t> between;
     for (std::uint32_t i = 0; i < filled.splats.count(); ++i) {
         const Vec3<double> x = cast<double>(filled.splats.centre[i]);
-        if (!in(x.x, walls.min.x, walls.max.x) || !in(x.y, walls.min.y, walls.max.y) ||
-            !in(x.z, walls.min.z, walls.max.z))
-            continue;
+        if (!contains({walls.min, walls.max}, x)) continue;
         object.surface += i < filled.surface;
         between.push_back(i);
     }
@@ -74,20 +60,20 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
     options.max_bytes = memory;
     const CleanCloud cleaned = clean(file, options.clean);
     const Quat<double> turn = about({0, 1, 0}, o.splats.turn) * upright(o.splats.up);
-    PartBox box;
-    for (const std::uint32_t i : cleaned.kept) box.add(rotate(turn, cast<double>(file.centre[i])));
-    const Vec3<double> size = box.size();
-    const double longest = max(size.x, max(size.y, size.z));
+    Box3<double> box = empty_box<double>();
+    for (const std::uint32_t i : cleaned.kept)
+        grow(box, rotate(turn, cast<double>(file.centre[i])));
+    const double longest = longest_edge(box);
     if (!(longest > 0))
         throw InputError("expected splats of an object, found none, or all at one point");
     const double scale = o.splats.size / longest;
     if (o.local()) {
-        o.size = scale * size;
+        o.size = scale * edges(box);
         ObjectParticles none;
         none.volume = std::pow(options.cell, 3) / options.per_cell;
         o.given = std::make_shared<const ObjectParticles>(std::move(none));
         SplatObject still{int(index),
-                          placed(file, turn, scale, o.centre - scale * box.centre()),
+                          placed(file, turn, scale, o.centre - scale * centre(box)),
                           file.count(),
                           {},
                           0,
@@ -95,16 +81,16 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
         return still;
     }
     FilledObject filled =
-        fill(placed(file, turn, scale, o.centre - scale * box.centre()), cleaned, options);
+        fill(placed(file, turn, scale, o.centre - scale * centre(box)), cleaned, options);
 
     SplatObject object{int(index), {}, 0, filled.report, 0};
     keep_between(scene.setup.walls, filled, object);
     ObjectParticles given;
     given.particles = std::move(filled.particles), given.volume = filled.particle_volume;
-    PartBox all;
-    for (const Vec3<double>& x : given.particles) all.add(x);
+    Box3<double> all = empty_box<double>();
+    for (const Vec3<double>& x : given.particles) grow(all, x);
     for (const Vec3<float>& x : object.cloud.centre) given.splats.push_back(cast<double>(x));
-    o.centre = all.centre(), o.size = all.size();
+    o.centre = centre(all), o.size = edges(all);
     o.given = std::make_shared<const ObjectParticles>(std::move(given));
     return object;
 }

@@ -161,8 +161,7 @@ int first_contact(const Scene& scene, const HandSource& hands)
             if (tools.primitives[s].tool != tool) continue;
             const Shape<double>& shape = tools.shapes[s];
             for (const Vec3<double> x : clay) {
-                const bool near = x.x >= shape.low.x && x.x <= shape.high.x && x.y >= shape.low.y &&
-                                  x.y <= shape.high.y && x.z >= shape.low.z && x.z <= shape.high.z;
+                const bool near = contains({shape.low, shape.high}, x);
                 if (near && closest_point(shape, x).phi < 0) return true;
             }
         }

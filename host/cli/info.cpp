@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cuda/math/box.h"
 #include "cuda/mpm/material.h"
 #include "host/assets/splat_object.h"
 #include "host/base/errors.h"
@@ -119,17 +120,16 @@ Json mesh_facts(const std::string& path)
 Json particle_facts(const std::string& path)
 {
     const std::vector<Particle<double>> all = read_particles(path);
-    Vec3<double> low = all[0].x, high = low;
+    Box3<double> box{all[0].x, all[0].x};
     double fastest = 0;
     int objects = 0;
     for (const Particle<double>& q : all) {
-        low = {min(low.x, q.x.x), min(low.y, q.x.y), min(low.z, q.x.z)};
-        high = {max(high.x, q.x.x), max(high.y, q.x.y), max(high.z, q.x.z)};
+        grow(box, q.x);
         fastest = max(fastest, length(q.v));
         objects = max(objects, q.object + 1);
     }
-    return {{"kind", "particles"},  {"particles", all.size()}, {"objects", objects},
-            {"low_m", triple(low)}, {"high_m", triple(high)},  {"fastest_m_per_s", fastest}};
+    return {{"kind", "particles"},      {"particles", all.size()},    {"objects", objects},
+            {"low_m", triple(box.low)}, {"high_m", triple(box.high)}, {"fastest_m_per_s", fastest}};
 }
 
 Json percentiles(std::vector<float> values)
@@ -146,11 +146,8 @@ Json splat_facts(const std::string& path)
 {
     const SplatFile file = read_splats(path);
     const SplatCloud& cloud = file.cloud;
-    Vec3<float> low = cloud.centre[0], high = low;
-    for (const Vec3<float>& x : cloud.centre) {
-        low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
-        high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
-    }
+    Box3<float> box{cloud.centre[0], cloud.centre[0]};
+    for (const Vec3<float>& x : cloud.centre) grow(box, x);
     std::vector<float> longest;
     for (const Vec3<float>& s : cloud.scale) longest.push_back(max(s.x, max(s.y, s.z)));
     const SplatRepairs& r = file.repairs;
@@ -159,8 +156,8 @@ Json splat_facts(const std::string& path)
                 {"splats", cloud.count()},
                 {"degree", cloud.degree},
                 {"antialiased", cloud.antialiased},
-                {"low_m", triple(cast<double>(low))},
-                {"high_m", triple(cast<double>(high))},
+                {"low_m", triple(cast<double>(box.low))},
+                {"high_m", triple(cast<double>(box.high))},
                 {"scale_m", percentiles(longest)},
                 {"opacity", percentiles(cloud.opacity)},
                 {"dropped", {{"not_finite", r.not_finite}, {"no_rotation", r.no_rotation}}},

@@ -32,17 +32,13 @@ std::string free_name(const std::string& end)
 
 void ViewApp::frame_camera()
 {
-    Vec3<float> low{1e30f, 1e30f, 1e30f}, high = -low;
-    if (state->on_device && !state->on_device->empty())
-        low = state->on_device->low(), high = state->on_device->high();
+    Box3<float> box = empty_box<float>();
+    if (state->on_device && !state->on_device->empty()) box = state->on_device->box();
     for (const Mesh& mesh : state->meshes ? *state->meshes : std::vector<Mesh>())
-        for (const Vec3<float>& v : mesh.vertices) {
-            low = {min(low.x, v.x), min(low.y, v.y), min(low.z, v.z)};
-            high = {max(high.x, v.x), max(high.y, v.y), max(high.z, v.z)};
-        }
-    if (!(low.x <= high.x)) return;
+        for (const Vec3<float>& v : mesh.vertices) grow(box, v);
+    if (empty(box)) return;
     const int across = std::max(1, window->width() - window->panels_width());
-    camera.frame(low, high, float(across) / float(std::max(1, window->height())));
+    camera.frame(box, float(across) / float(std::max(1, window->height())));
 }
 
 void ViewApp::follow_splats()

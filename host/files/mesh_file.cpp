@@ -10,6 +10,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "cuda/math/box.h"
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
@@ -88,13 +89,10 @@ void add_mesh(Glb& glb, const Mesh& mesh)
         return add_accessor(glb, values, gltf_float, "VEC3", values.size(), gltf_vertices);
     };
     const int position = vectors(mesh.vertices);
-    Vec3<float> low = mesh.vertices[0], high = low;
-    for (const Vec3<float> v : mesh.vertices) {
-        low = {min(low.x, v.x), min(low.y, v.y), min(low.z, v.z)};
-        high = {max(high.x, v.x), max(high.y, v.y), max(high.z, v.z)};
-    }
-    gltf["accessors"][position]["min"] = {low.x, low.y, low.z};
-    gltf["accessors"][position]["max"] = {high.x, high.y, high.z};
+    Box3<float> box{mesh.vertices[0], mesh.vertices[0]};
+    for (const Vec3<float> v : mesh.vertices) grow(box, v);
+    gltf["accessors"][position]["min"] = {box.low.x, box.low.y, box.low.z};
+    gltf["accessors"][position]["max"] = {box.high.x, box.high.y, box.high.z};
     const int normal = vectors(mesh.normals);
     const int colour = vectors(std::vector(mesh.vertices.size(), category_colour(mesh.category)));
     const int indices = add_accessor(glb, mesh.triangles, gltf_index, "SCALAR",

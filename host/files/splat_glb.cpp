@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cuda/math/box.h"
 #include "host/base/errors.h"
 #include "host/files/glb.h"
 #include "host/files/splat_file.h"
@@ -68,13 +69,10 @@ Json attributes(Glb& glb, const SplatCloud& cloud)
     Json all;
     const int position = vectors(cloud.centre);
     all["POSITION"] = position;
-    Vec3<float> low = cloud.centre.at(0), high = low;
-    for (const Vec3<float> x : cloud.centre) {
-        low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
-        high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
-    }
-    glb.gltf["accessors"][std::size_t(position)]["min"] = {low.x, low.y, low.z};
-    glb.gltf["accessors"][std::size_t(position)]["max"] = {high.x, high.y, high.z};
+    Box3<float> box{cloud.centre.at(0), cloud.centre.at(0)};
+    for (const Vec3<float> x : cloud.centre) grow(box, x);
+    glb.gltf["accessors"][std::size_t(position)]["min"] = {box.low.x, box.low.y, box.low.z};
+    glb.gltf["accessors"][std::size_t(position)]["max"] = {box.high.x, box.high.y, box.high.z};
     all[named("ROTATION")] =
         add_accessor(glb, rotations(cloud), gltf_float, "VEC4", count, gltf_vertices);
     all[named("SCALE")] = vectors(cloud.scale);

@@ -18,8 +18,8 @@ Vec3<double> least_axis(const Sym3<double>& spread)
 Vec3<double> outward(Vec3<double> axis, Vec3<double> from, const Boxes& boxes)
 {
     double nearest = 1e300, side = 1;
-    for (const auto& [low, high] : boxes) {
-        const Vec3<double> to = 0.5 * (low + high) - from;
+    for (const Box3<double>& box : boxes) {
+        const Vec3<double> to = centre(box) - from;
         if (dot(to, to) < nearest) nearest = dot(to, to), side = dot(to, axis);
     }
     return side < 0 ? -axis : axis;

@@ -6,13 +6,14 @@
 #include <unordered_map>
 #include <vector>
 
+#include "cuda/math/box.h"
 #include "host/paging/local_surface.h"
 #include "host/paging/patches.h"
 #include "host/splats/cloud.h"
 
 namespace knead {
 
-using Boxes = std::vector<std::pair<Vec3<double>, Vec3<double>>>;  // corners [m]
+using Boxes = std::vector<Box3<double>>;  // [m]
 
 class FrozenSplats {
   public:

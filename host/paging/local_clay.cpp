@@ -51,7 +51,7 @@ LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep&
     for (std::size_t i = 0; i < state_.cloud.count(); ++i) put(std::uint32_t(i));
 }
 
-bool LocalClay::between_walls(Vec3<double> x) const { return within(x, walls.min, walls.max); }
+bool LocalClay::between_walls(Vec3<double> x) const { return contains({walls.min, walls.max}, x); }
 
 // Only splats between the walls can be activated.
 void LocalClay::put(std::uint32_t i)
@@ -69,21 +69,17 @@ Boxes LocalClay::boxes_of(const Motion& motion) const
         if (motion.to.empty() || (tool < motion.active.size() && !motion.active[tool])) continue;
         if (!of.count(p.tool)) {
             of[p.tool] = boxes.size();
-            boxes.push_back({{1e30, 1e30, 1e30}, {-1e30, -1e30, -1e30}});
+            boxes.push_back(empty_box<double>());
         }
-        auto& [low, high] = boxes[of[p.tool]];
+        Box3<double>& box = boxes[of[p.tool]];
         for (int k = 0; k < p.count; ++k) {
             const Binding<double> b = stretched(cast<double>(rig.spheres[std::size_t(p.sphere[k])]),
                                                 cast<double>(motion.stretch_of(tool)));
             const auto from = centre(b, [&](int j) { return motion.from[std::size_t(j)]; });
             const auto to = centre(b, [&](int j) { return motion.to[std::size_t(j)]; });
-            const auto add = [&](double a, double c, double next, double& l, double& h) {
-                l = min(l, min(a, min(c, next)) - b.radius);
-                h = max(h, max(a, max(c, next)) + b.radius);
-            };
-            add(from.x, to.x, 2 * to.x - from.x, low.x, high.x);
-            add(from.y, to.y, 2 * to.y - from.y, low.y, high.y);
-            add(from.z, to.z, 2 * to.z - from.z, low.z, high.z);
+            Box3<double> path{from, from};  // in this frame and the next
+            grow(path, to), grow(path, 2.0 * to - from);
+            grow(box, expanded(path, b.radius));
         }
     }
     return boxes;
@@ -93,10 +89,10 @@ Boxes LocalClay::boxes_of(const Motion& motion) const
 std::vector<LocalClay::Key> LocalClay::cubes_near(const Boxes& boxes, double beyond) const
 {
     std::vector<Key> keys;
-    const Vec3<double> more{beyond, beyond, beyond};
     const Int3 first = tiling.of(walls.min), last = tiling.of(walls.max);
-    for (const auto& [low, high] : boxes) {
-        const Int3 a = tiling.of(low - more), b = tiling.of(high + more);
+    for (const Box3<double>& box : boxes) {
+        const Box3<double> near = expanded(box, beyond);
+        const Int3 a = tiling.of(near.low), b = tiling.of(near.high);
         for (int z = std::max(a.z, first.z); z <= std::min(b.z, last.z); ++z)
             for (int y = std::max(a.y, first.y); y <= std::min(b.y, last.y); ++y)
                 for (int x = std::max(a.x, first.x); x <= std::min(b.x, last.x); ++x)
@@ -137,9 +133,8 @@ void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Editabl
     const auto corner = [this](Int3 c) {
         return tiling.edge * Vec3<double>{double(c.x), double(c.y), double(c.z)};
     };
-    const Vec3<double> beyond{spacing, spacing, spacing};
     const std::vector<Vec3<double>> particles =
-        solver.places(corner(low) - beyond, corner(high + Int3{1, 1, 1}) + beyond);
+        solver.places(expanded({corner(low), corner(high + Int3{1, 1, 1})}, spacing));
     const Cells there(particles, 2 * spacing);
     add_clay(wanted, all_seeds(wanted, surface, there), solver);
     take_splats(solver);

@@ -4,24 +4,15 @@
 #include <cmath>
 
 #include "cuda/contact/contact.h"
+#include "cuda/math/box.h"
 #include "host/solver/cpu/tools.h"
 
 namespace knead {
 namespace {
 
 struct Body {
-    Mask mask{};                                      // primitives
-    Vec3<double> low{1e30, 1e30, 1e30}, high = -low;  // bounding box [m]
-    bool holds(Vec3<double> x) const
-    {
-        return x.x >= low.x && x.y >= low.y && x.z >= low.z && x.x <= high.x && x.y <= high.y &&
-               x.z <= high.z;
-    }
-    bool meets(const Body& b) const
-    {
-        return low.x <= b.high.x && low.y <= b.high.y && low.z <= b.high.z && b.low.x <= high.x &&
-               b.low.y <= high.y && b.low.z <= high.z;
-    }
+    Mask mask{};                             // primitives
+    Box3<double> box = empty_box<double>();  // around them [m]
 };
 
 // Active tools whose bounding box meets the bounding box of another.
@@ -35,12 +26,11 @@ std::vector<Body> bodies_of(const PosedTools<double>& posed)
         if (!std::isfinite(dot(s.low, s.high))) continue;
         Body& b = all[owner];
         b.mask.bits[i / 32] |= 1u << (i % 32);
-        b.low = {min(b.low.x, s.low.x), min(b.low.y, s.low.y), min(b.low.z, s.low.z)};
-        b.high = {max(b.high.x, s.high.x), max(b.high.y, s.high.y), max(b.high.z, s.high.z)};
+        grow(b.box, Box3<double>{s.low, s.high});
     }
     for (const Body& b : all)
         if (std::any_of(all.begin(), all.end(),
-                        [&](const Body& o) { return &o != &b && b.meets(o); }))
+                        [&](const Body& o) { return &o != &b && intersects(b.box, o.box); }))
             met.push_back(b);
     return met;
 }
@@ -58,7 +48,8 @@ std::vector<double> depths_between(const SimulationConfig& setup, const Motion& 
     const Colliders<double> tools = posed.colliders();
     const std::vector<Body> bodies = bodies_of(posed);
     const auto at = [&](const Body& b, Vec3<double> x) {
-        return b.holds(x) ? deepest_contact(tools, b.mask, x) : Contact<double>{0, {}, {}, -1};
+        return contains(b.box, x) ? deepest_contact(tools, b.mask, x)
+                                  : Contact<double>{0, {}, {}, -1};
     };
     const auto depth_of = [&](Vec3<double> x) {
         for (const Body& in : bodies) {

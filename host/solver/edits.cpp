@@ -76,11 +76,11 @@ SomeGaussians EditableSimulator::gaussians_of(const Snapshot& snapshot,
     return some;
 }
 
-std::vector<Vec3<double>> Simulator::places(Vec3<double> low, Vec3<double> high) const
+std::vector<Vec3<double>> Simulator::places(const Box3<double>& box) const
 {
     std::vector<Vec3<double>> inside;
     for (const Particle<double>& p : particles())
-        if (within(p.x, low, high)) inside.push_back(p.x);
+        if (contains(box, p.x)) inside.push_back(p.x);
     return inside;
 }
 

@@ -10,14 +10,6 @@ namespace knead {
 // The material of a removed object has density 0.
 inline bool there(const Material<double>& material) { return material.density > 0; }
 
-// Closed box.
-template <class R>
-bool within(Vec3<R> x, Vec3<R> low, Vec3<R> high)
-{
-    return x.x >= low.x && x.x <= high.x && x.y >= low.y && x.y <= high.y && x.z >= low.z &&
-           x.z <= high.z;
-}
-
 // Unit of work when adding clay in parallel: up to a thousand particles of one object.
 struct AddedPiece {
     std::size_t clay;                      // index into Clays

@@ -9,6 +9,7 @@
 
 #include "cuda/contact/contact.h"
 #include "cuda/contact/skinning.h"
+#include "cuda/math/box.h"
 #include "host/solver/counters.h"
 #include "host/solver/frame_stats.h"
 #include "host/solver/setup.h"
@@ -100,7 +101,7 @@ class Simulator {
     // In the order of attachment.
     virtual std::vector<Gaussian<double>> gaussians() const { return {}; }
     // Positions of the particles in a box [m], in unspecified order.
-    virtual std::vector<Vec3<double>> places(Vec3<double> low, Vec3<double> high) const;
+    virtual std::vector<Vec3<double>> places(const Box3<double>& box) const;
     // Depth [m] of every particle inside a tool at the end of the last frame; others are omitted.
     virtual std::vector<double> penetration() const = 0;
     // Velocity [m/s] that (8) interpolated from the lattice for each particle in the last substep,

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "cuda/math/vec.h"
+#include "cuda/math/box.h"
 
 namespace knead {
 
@@ -16,12 +16,10 @@ class Cells {
     Cells(const std::vector<Vec3<double>>& of, double wanted_edge) : points(of), edge(wanted_edge)
     {
         if (points.empty()) return;
-        Vec3<double> high = low = points[0];
-        for (const Vec3<double>& x : points) {
-            low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
-            high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
-        }
-        const Vec3<double> d = high - low;
+        Box3<double> box{points[0], points[0]};
+        for (const Vec3<double>& x : points) grow(box, x);
+        low = box.low;
+        const Vec3<double> d = edges(box);
         const double most = 64 * double(points.size()) + 4096;
         while ((d.x / edge + 1) * (d.y / edge + 1) * (d.z / edge + 1) > most) edge *= 1.5;
         size = {int(d.x / edge) + 1, int(d.y / edge) + 1, int(d.z / edge) + 1};

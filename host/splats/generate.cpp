@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "cuda/math/box.h"
 #include "host/base/parallel.h"
 
 namespace knead {
@@ -52,10 +53,7 @@ class Random {
     std::uint64_t state;
 };
 
-struct Box {
-    V low, high;
-};
-const Box room{{-3, -2.6, -4}, {3, 1.4, 4}};  // [m]; y is down
+const Box3<double> room{{-3, -2.6, -4}, {3, 1.4, 4}};  // [m]; y is down
 
 // One splat before it is added to the cloud.
 struct Made {
@@ -80,9 +78,9 @@ Made of_object(Random& r)
 }
 
 // Random point on the box's surface, and the axis normal to it there.
-V on_box(Random& r, const Box& b, int& axis)
+V on_box(Random& r, const Box3<double>& b, int& axis)
 {
-    const V d = b.high - b.low;
+    const V d = edges(b);
     const double x = d.y * d.z, y = x + d.x * d.z, all = y + d.x * d.y, u = r.in(0, all);
     V p = r.within(b.low, b.high);
     const bool far = r.unit() < 0.5;
@@ -102,10 +100,10 @@ Quat<double> facing(Random& r, int axis)
     return to[std::size_t(axis)] * turn_about(V{0, 0, 1}, r.in(0, 2 * pi));
 }
 
-std::vector<Box> boxes(std::uint64_t seed)
+std::vector<Box3<double>> boxes(std::uint64_t seed)
 {
     Random r(seed, ~0ull);
-    std::vector<Box> all;
+    std::vector<Box3<double>> all;
     while (all.size() < 24) {
         const V side = r.within({0.3, 0.3, 0.3}, {1.2, 1.2, 1.2});
         V c = r.within(room.low, room.high);
@@ -117,7 +115,7 @@ std::vector<Box> boxes(std::uint64_t seed)
 }
 
 // `share` selects the position: below 0.7 on a wall, below 0.9 on a box, otherwise floating.
-Made of_room(Random& r, double share, double median, const std::vector<Box>& boxes)
+Made of_room(Random& r, double share, double median, const std::vector<Box3<double>>& boxes)
 {
     Made s;
     int axis = -1;
@@ -187,7 +185,7 @@ SplatCloud generated(const SplatLoad& load)
     c.degree = max_sh_degree;
     c.centre.resize(count), c.rotation.resize(count), c.scale.resize(count);
     c.opacity.resize(count), c.sh.resize(count * each);
-    const std::vector<Box> furniture = boxes(load.seed);
+    const std::vector<Box3<double>> furniture = boxes(load.seed);
     parallel_for(n, [&](long k) {
         const auto i = std::size_t(k);
         Random r(load.seed, i);

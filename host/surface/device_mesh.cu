@@ -86,7 +86,7 @@ DeviceMesh::DeviceMesh(std::shared_ptr<KeptMesh> kept, std::vector<int> categori
       vertices_(facts.vertices),
       triangles_(facts.triangles)
 {
-    if (vertices_ > 0) low_ = corner(facts.low), high_ = corner(facts.high);
+    if (vertices_ > 0) box_ = {corner(facts.low), corner(facts.high)};
 }
 
 int DeviceMesh::device() const { return kept_->device; }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "cuda/math/box.h"
 #include "host/surface/mesh.h"
 
 namespace knead {
@@ -27,8 +28,7 @@ class DeviceMesh {
     std::size_t vertices() const { return vertices_; }
     std::size_t triangles() const { return triangles_; }
     // Bounding box of all vertices [m]; undefined for an empty mesh.
-    Vec3<float> low() const { return low_; }
-    Vec3<float> high() const { return high_; }
+    const Box3<float>& box() const { return box_; }
     // Categories of the parts, ascending; some parts may be empty.
     const std::vector<int>& categories() const { return categories_; }
     SurfaceRoom room() const;  // capacity of the buffers
@@ -42,7 +42,7 @@ class DeviceMesh {
     std::shared_ptr<gpu::KeptMesh> kept_;
     std::vector<int> categories_;
     std::size_t vertices_ = 0, triangles_ = 0;
-    Vec3<float> low_{}, high_{};
+    Box3<float> box_{};
 };
 
 }  // namespace knead

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cuda/math/box.h"
+
 namespace knead {
 namespace {
 
@@ -71,16 +73,12 @@ HandsOptions live_hands(const Scene& scene)
 {
     if (scene.has_hands || scene.objects.empty()) return scene.hands;
     constexpr double in_hand = 0.2;  // the size of all objects together [m]
-    Vec3<double> low = scene.objects[0].centre, high = low;
-    for (const Object& o : scene.objects) {
-        const Vec3<double> a = o.centre - 0.5 * o.size, b = o.centre + 0.5 * o.size;
-        low = {min(low.x, a.x), min(low.y, a.y), min(low.z, a.z)};
-        high = {max(high.x, b.x), max(high.y, b.y), max(high.z, b.z)};
-    }
-    const Vec3<double> size = high - low;
+    Box3<double> all{scene.objects[0].centre, scene.objects[0].centre};
+    for (const Object& o : scene.objects)
+        grow(all, Box3<double>{o.centre - 0.5 * o.size, o.centre + 0.5 * o.size});
     HandsOptions options = scene.hands;
-    options.zoom = std::max({size.x, size.y, size.z}) / in_hand;
-    options.at = 0.5 * (low + high);
+    options.zoom = longest_edge(all) / in_hand;
+    options.at = centre(all);
     return options;
 }
 

@@ -22,11 +22,11 @@ void OrbitCamera::look(Vec3<float> eye, Vec3<float> target)
     yaw_ = std::atan2(back.x, back.z);
 }
 
-void OrbitCamera::frame(Vec3<float> low, Vec3<float> high, float aspect)
+void OrbitCamera::frame(const Box3<float>& box, float aspect)
 {
-    const float radius = length(high - low) / 2;
+    const float radius = length(edges(box)) / 2;
     if (!(radius > 0 && radius < max_distance)) return;
-    at_ = 0.5f * (low + high);
+    at_ = centre(box);
     const float half = std::atan(std::tan(field_ / 2) * std::min(1.0f, aspect));
     distance_ = clamp(1.1f * radius / std::sin(half), min_distance, max_distance);
 }

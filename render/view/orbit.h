@@ -1,5 +1,6 @@
 // A camera that orbits its target.
 #pragma once
+#include "cuda/math/box.h"
 #include "render/eye_painter.h"
 
 namespace knead {
@@ -10,7 +11,7 @@ class OrbitCamera {
     void look(Vec3<float> eye, Vec3<float> target);
     // Moves the camera so that the whole box is visible from the present direction. `aspect`: width
     // over height.
-    void frame(Vec3<float> low, Vec3<float> high, float aspect);
+    void frame(const Box3<float>& box, float aspect);
 
     // Rotates the eye around the target by these angles [rad]; stops near the poles.
     void orbit(float right, float up);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "cuda/math/box.h"
 #include "tests/contact/medial_cases.h"
 
 namespace knead {
@@ -288,8 +289,7 @@ TYPED_TEST(MedialTest, EveryPointInsideIsEnclosedAndFewOthersAre)
         const Case k = generic(draw);
         const Shape<R> s = shape_of<R>(k, 2 + round % 2);
         const Vec3<R> p = cast<R>(k.p);
-        boxed += p.x >= s.low.x && p.x <= s.high.x && p.y >= s.low.y && p.y <= s.high.y &&
-                 p.z >= s.low.z && p.z <= s.high.z;
+        boxed += contains({s.low, s.high}, p);
         left += enclosed(s, p), inside += closest_point(s, p).phi < 0;
     }
     EXPECT_GT(inside, 100);

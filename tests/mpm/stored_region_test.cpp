@@ -49,24 +49,24 @@ TEST(StoredRegion, OfAWholeLatticeNothingIsDifferent)
     const Lattice<float> l = boxed(whole, {-7, -7, -7}, {99, 99, 99});
     EXPECT_EQ(l.node_count(), whole.node_count());
     EXPECT_EQ(l.index({5, 6, 7}), whole.index({5, 6, 7}));
-    const Region b = stored_region(l);
+    const Box3<float> b = stored_region(l);
     for (int k = 0; k < l.block_count(); ++k) EXPECT_EQ(ends_at(l, l.block_at(k)), 0u);
     // Walls, 2 nodes inside, are well within what is stored.
     const Vec3<float> low{0.125f * 1.87f, 0.125f * 1.87f, 0.125f * 1.87f};
-    EXPECT_EQ(b.nearest(low).x, low.x);
+    EXPECT_EQ(nearest(b, low).x, low.x);
     const Vec3<float> high = whole.dx * Vec3<float>{37.13f, 21.13f, 29.13f};
-    EXPECT_EQ(b.nearest(high).y, high.y);
+    EXPECT_EQ(nearest(b, high).y, high.y);
 }
 
 TEST(StoredRegion, WhereverClayIsPushedItsStencilIsStored)
 {
     const Lattice<float> l = boxed(whole, {8, 4, 12}, {32, 20, 20});
-    const Region b = stored_region(l);
+    const Box3<float> b = stored_region(l);
     std::mt19937 random(7);
     std::uniform_real_distribution<float> anywhere(-1, 6);
     for (int k = 0; k < 100000; ++k) {
         const Vec3<float> x{anywhere(random), anywhere(random), anywhere(random)};
-        const Vec3<float> to = b.nearest(x);
+        const Vec3<float> to = nearest(b, x);
         const Int3 base = base_node(to, l.spacing);
         ASSERT_TRUE(l.stores(base) && l.stores(base + Int3{2, 2, 2}))
             << to.x << ' ' << to.y << ' ' << to.z;
@@ -75,7 +75,7 @@ TEST(StoredRegion, WhereverClayIsPushedItsStencilIsStored)
         const Int3 high = base + Int3{2, 2, 2};
         ASSERT_TRUE(stays || ends_at(l, {base.x / 4, base.y / 4, base.z / 4}) ||
                     ends_at(l, {high.x / 4, high.y / 4, high.z / 4}));
-        ASSERT_EQ(stays, b.holds(x));
+        ASSERT_EQ(stays, contains(b, x));
     }
 }
 
@@ -83,14 +83,14 @@ TEST(StoredRegion, FreeIsWhatIsWithinTheWallsAndStored)
 {
     const Walls<float> walls = walls_on<float>(whole, walls_inside(whole, 3, ContactMode::slip, 0));
     const Lattice<float> l = boxed(whole, {8, 0, 8}, {40, 20, 32});
-    const Region stored = stored_region(l), free = free_region(l, walls);
-    EXPECT_EQ(free.min.x, stored.min.x);
-    EXPECT_EQ(free.min.y, 3 * 0.125f);
-    EXPECT_EQ(free.max.x, 36 * 0.125f);
-    EXPECT_EQ(free.max.y, stored.max.y);
-    EXPECT_EQ(free.max.z, 28 * 0.125f);
-    EXPECT_FALSE(free.holds({NAN, 1, 2}));
-    EXPECT_TRUE(std::isnan(free.nearest({NAN, 1, 2}).x));
+    const Box3<float> stored = stored_region(l), free = free_region(l, walls);
+    EXPECT_EQ(free.low.x, stored.low.x);
+    EXPECT_EQ(free.low.y, 3 * 0.125f);
+    EXPECT_EQ(free.high.x, 36 * 0.125f);
+    EXPECT_EQ(free.high.y, stored.high.y);
+    EXPECT_EQ(free.high.z, 28 * 0.125f);
+    EXPECT_FALSE(contains(free, {NAN, 1, 2}));
+    EXPECT_TRUE(std::isnan(nearest(free, {NAN, 1, 2}).x));
 }
 
 TEST(StoredRegion, BlocksAtItsEndsAreThoseWhereTheLatticeGoesOn)

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "cuda/math/box.h"
 #include "host/base/errors.h"
 #include "host/hands/filter.h"
 #include "host/run/run.h"
@@ -62,19 +63,13 @@ std::vector<std::string> shipped()
     return paths;
 }
 
-struct Extent {
-    Vec3<double> low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9};
-};
-
 // Of each object's particles, in the frame of the scene's file.
-std::vector<Extent> extents(const Scene& scene, const std::vector<Particle<double>>& particles)
+std::vector<Box3<double>> extents(const Scene& scene,
+                                  const std::vector<Particle<double>>& particles)
 {
-    std::vector<Extent> all(scene.objects.size());
+    std::vector<Box3<double>> all(scene.objects.size(), empty_box<double>());
     for (const Particle<double>& q : particles) {
-        const Vec3<double> x = q.x + scene.origin;
-        Extent& e = all[std::size_t(q.object)];
-        e.low = {std::min(e.low.x, x.x), std::min(e.low.y, x.y), std::min(e.low.z, x.z)};
-        e.high = {std::max(e.high.x, x.x), std::max(e.high.y, x.y), std::max(e.high.z, x.z)};
+        grow(all[std::size_t(q.object)], q.x + scene.origin);
     }
     return all;
 }
@@ -162,7 +157,7 @@ TEST(ShippedScenes, FloorAndObjectsStandWhereTheyWereOn16To192Cells)
             walls.min = walls.min + own.origin, walls.max = walls.max + own.origin;
             expect_walls(scene, walls);
             build(scene, std::size_t(1) << 34);
-            const std::vector<Extent> found = extents(scene, scene.setup.particles);
+            const std::vector<Box3<double>> found = extents(scene, scene.setup.particles);
             const double dx = scene.setup.lattice.dx;
             for (std::size_t i = 0; i < own.objects.size(); ++i) {
                 const Object& o = own.objects[i];
@@ -259,7 +254,7 @@ TEST(ShippedScenes, RunAFrameOnCoarseLatticesAndOnTheirOwn)
             Scene scene = read_scene(path, settings);
             const WallOptions walls = scene.setup.walls;
             build(scene, std::size_t(1) << 33);
-            const std::vector<Extent> before = extents(scene, scene.setup.particles);
+            const std::vector<Box3<double>> before = extents(scene, scene.setup.particles);
             const auto solver = cpu_solver(scene.setup);
             BatchRunOptions options;
             options.frames = 1;
@@ -272,7 +267,7 @@ TEST(ShippedScenes, RunAFrameOnCoarseLatticesAndOnTheirOwn)
             // A record's places are those of the file.
             Scene file = scene;
             file.origin = {};
-            const std::vector<Extent> after = extents(file, *record.last_good);
+            const std::vector<Box3<double>> after = extents(file, *record.last_good);
             for (std::size_t i = 0; i < before.size(); ++i) {
                 EXPECT_LT(apart(after[i].low, before[i].low), scene.setup.lattice.dx);
                 EXPECT_LT(apart(after[i].high, before[i].high), scene.setup.lattice.dx);
@@ -357,7 +352,7 @@ TEST_F(Domain, ARecordSpeaksOfThePlacesInTheFile)
             s.objects[0].centre + s.origin + (1.0 / 90) * Vec3<double>{1, 2, 3};
         Scene file = s;
         file.origin = {};
-        const Extent e = extents(file, *record.last_good)[0];
+        const Box3<double> e = extents(file, *record.last_good)[0];
         EXPECT_LT(apart(0.5 * (e.low + e.high), middle), s.setup.lattice.dx / 2);
         Vec3<double> sum{};
         for (const Vec3<float>& x : record.meshes->at(0).vertices) sum = sum + cast<double>(x);

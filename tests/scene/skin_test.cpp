@@ -2,6 +2,7 @@
 // roughness is in cells of the solver.
 #include <gtest/gtest.h>
 
+#include "cuda/math/box.h"
 #include "host/scene/seed.h"
 #include "host/surface/surface.h"
 #include "tests/sanitized.h"
@@ -64,10 +65,9 @@ TEST(Skin, ABallIsSmoothAfterASqueeze)
     const Pressing p = squeeze(sanitized ? 24 : 40, 0.5);
     const Mesh mesh = mesh_of(p.scene, after(p));
     const double dx = p.scene.setup.lattice.dx;
-    Vec3<float> low = mesh.vertices[0], high = low;
-    for (const Vec3<float> v : mesh.vertices)
-        low.x = std::min(low.x, v.x), high.x = std::max(high.x, v.x);
-    EXPECT_LT(high.x - low.x, 0.46);  // of 0.5 m: it was squeezed
+    Box3<float> box{mesh.vertices[0], mesh.vertices[0]};
+    for (const Vec3<float> v : mesh.vertices) grow(box, v);
+    EXPECT_LT(edges(box).x, 0.46);  // of 0.5 m: it was squeezed
     const double rough = roughness_of(from_quadric(mesh, 3 * dx)).rms;
     EXPECT_TRUE(sanitized || rough < 0.015 * dx) << rough / dx;
 }

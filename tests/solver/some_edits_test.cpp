@@ -211,12 +211,11 @@ TEST_P(SomeEdits, PlacesInABoxAreThoseOfItsParticles)
     const auto solver = make(turning_block());
     advance(*solver, 2);
     const Particles q = solver->particles();
-    const Vec3<double> low{0.4, 0.4, 0.4}, high{0.5, 0.5, 0.5};
+    const Box3<double> box{{0.4, 0.4, 0.4}, {0.5, 0.5, 0.5}};
     std::vector<double> wanted, found;
     for (const Particle<double>& p : q)
-        if (within(p.x, low, high)) wanted.push_back(p.x.x + 10 * p.x.y + 100 * p.x.z);
-    for (const Vec3<double>& x : solver->places(low, high))
-        found.push_back(x.x + 10 * x.y + 100 * x.z);
+        if (contains(box, p.x)) wanted.push_back(p.x.x + 10 * p.x.y + 100 * p.x.z);
+    for (const Vec3<double>& x : solver->places(box)) found.push_back(x.x + 10 * x.y + 100 * x.z);
     std::sort(wanted.begin(), wanted.end()), std::sort(found.begin(), found.end());
     EXPECT_EQ(found, wanted);
     EXPECT_GT(found.size(), 1u);

@@ -24,7 +24,7 @@ TEST(GpuKeptMeshes, AreTheSurface)
     const std::vector<Mesh> found = kept->meshes();
     ASSERT_EQ(found.size(), wanted.size());
     ASSERT_EQ(found.size(), 2u);
-    Vec3<float> low{1e30f, 1e30f, 1e30f}, high = -low;
+    Box3<float> box = empty_box<float>();
     std::size_t vertices = 0, triangles = 0;
     for (std::size_t m = 0; m < found.size(); ++m) {
         EXPECT_EQ(found[m].category, wanted[m].category);
@@ -35,8 +35,7 @@ TEST(GpuKeptMeshes, AreTheSurface)
             const Vec3<float> v = wanted[m].vertices[i];
             ASSERT_EQ(length(found[m].vertices[i] - v), 0) << i;
             ASSERT_EQ(length(found[m].normals[i] - wanted[m].normals[i]), 0) << i;
-            low = {min(low.x, v.x), min(low.y, v.y), min(low.z, v.z)};
-            high = {max(high.x, v.x), max(high.y, v.y), max(high.z, v.z)};
+            grow(box, v);
         }
         for (std::size_t i = 0; i < found[m].triangles.size(); ++i) {
             const Int3 a = found[m].triangles[i], b = wanted[m].triangles[i];
@@ -45,8 +44,8 @@ TEST(GpuKeptMeshes, AreTheSurface)
     }
     EXPECT_EQ(kept->vertices(), vertices);
     EXPECT_EQ(kept->triangles(), triangles);
-    EXPECT_EQ(length(kept->low() - low), 0);
-    EXPECT_EQ(length(kept->high() - high), 0);
+    EXPECT_EQ(length(kept->box().low - box.low), 0);
+    EXPECT_EQ(length(kept->box().high - box.high), 0);
     EXPECT_TRUE(surface.kept(std::vector<Particle<double>>{})->empty());
     EXPECT_EQ(kept->meshes().size(), 2u) << "it stays while it is held";
 }

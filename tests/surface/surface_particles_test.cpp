@@ -6,6 +6,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "cuda/math/box.h"
 #include "host/base/parallel.h"
 #include "host/surface/surface.h"
 #include "tests/solver/samples.h"
@@ -47,14 +48,9 @@ TEST(SurfaceOfParticles, NodesStandAtTheirIndexTimesSpacing)
     for (const int nodes : {40, 64, 96}) {
         const auto meshes = surface(particles, {clay(h)}, rule_of(nodes));
         ASSERT_EQ(meshes.size(), 1u);
-        Vec3<double> low{1, 1, 1}, high{0, 0, 0};
-        for (const Vec3<float> v : meshes[0].vertices) {
-            low = {std::min(low.x, double(v.x)), std::min(low.y, double(v.y)),
-                   std::min(low.z, double(v.z))};
-            high = {std::max(high.x, double(v.x)), std::max(high.y, double(v.y)),
-                    std::max(high.z, double(v.z))};
-        }
-        EXPECT_LT(length(0.5 * (low + high) - Vec3<double>{0.5, 0.5, 0.5}), 0.02 / nodes);
+        Box3<double> box = empty_box<double>();
+        for (const Vec3<float> v : meshes[0].vertices) grow(box, cast<double>(v));
+        EXPECT_LT(length(centre(box) - Vec3<double>{0.5, 0.5, 0.5}), 0.02 / nodes);
     }
 }
 

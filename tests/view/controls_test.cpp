@@ -91,7 +91,7 @@ TEST(Orbit, FramesABoxWhole)
     for (const float aspect : {0.5f, 1.0f, 2.0f}) {
         OrbitCamera camera = some_camera();
         const Vec3<float> low{0, 0, 0}, high{0.4f, 0.2f, 0.9f};
-        camera.frame(low, high, aspect);
+        camera.frame({low, high}, aspect);
         const int height = 400, width = int(aspect * 400);
         const float pixel = 2 * std::tan(camera.field() / 2) / float(height);
         for (int corner = 0; corner < 8; ++corner) {

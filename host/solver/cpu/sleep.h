@@ -44,7 +44,7 @@ struct Stillness {
     }
     // Begins a frame. fastest[b]: largest squared speed in block b [m^2/s^2]; `boxes`: around the
     // tools.
-    void begin(const std::vector<R>& fastest, const std::vector<AxisBox<R>>& boxes);
+    void begin(const std::vector<R>& fastest, const std::vector<Box3<R>>& boxes);
     // Ends a substep: pushed blocks move from the next substep on. Calls visit(block) for each.
     template <class Visit>
     void end(Visit&& visit);
@@ -89,13 +89,13 @@ void Stillness<R>::spread(Activity from)
 }
 
 template <class R>
-void Stillness<R>::begin(const std::vector<R>& fastest, const std::vector<AxisBox<R>>& boxes)
+void Stillness<R>::begin(const std::vector<R>& fastest, const std::vector<Box3<R>>& boxes)
 {
     const R edge = block_edge * lattice.dx;
     for (int b = 0; b < lattice.block_count(); ++b) {
         int& frames = quiet[std::size_t(b)];
         frames = rested(options, frames, fastest[std::size_t(b)]);
-        const bool near = std::any_of(boxes.begin(), boxes.end(), [&](const AxisBox<R>& box) {
+        const bool near = std::any_of(boxes.begin(), boxes.end(), [&](const Box3<R>& box) {
             return meets(box, lattice.block_at(b), edge);
         });
         activity[std::size_t(b)] = own_activity(options, frames, near);
@@ -133,11 +133,10 @@ void Stillness<R>::end(Visit&& visit)
 
 // Per active tool, the bounding box of its primitives over a frame, enlarged by `reach` [m].
 template <class R>
-std::vector<AxisBox<R>> boxes_around(const PosedTools<R>& posed, const Motion& motion, R reach)
+std::vector<Box3<R>> boxes_around(const PosedTools<R>& posed, const Motion& motion, R reach)
 {
     const auto at = [&motion](double share) { return joints_at<R>(motion, share); };
-    std::vector<AxisBox<R>> boxes(posed.tools.size(),
-                                  {{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}});
+    std::vector<Box3<R>> boxes(posed.tools.size(), empty_box<R>());
     for (const Primitive& p : posed.primitives) {
         if (!posed.tools[std::size_t(p.tool)].active) continue;
         R travel = 0;
@@ -148,12 +147,7 @@ std::vector<AxisBox<R>> boxes_around(const PosedTools<R>& posed, const Motion& m
         const Shape<R> middle = shape(p.count, s[0], s[1], s[2]);
         const R grown = travel + reach;
         if (!std::isfinite(dot(middle.low, middle.high) + grown)) continue;
-        AxisBox<R>& box = boxes[std::size_t(p.tool)];
-        const Vec3<R> low = middle.low, high = middle.high;
-        box.low = {knead::min(box.low.x, low.x - grown), knead::min(box.low.y, low.y - grown),
-                   knead::min(box.low.z, low.z - grown)};
-        box.high = {knead::max(box.high.x, high.x + grown), knead::max(box.high.y, high.y + grown),
-                    knead::max(box.high.z, high.z + grown)};
+        grow(boxes[std::size_t(p.tool)], expanded({middle.low, middle.high}, grown));
     }
     return boxes;
 }

@@ -43,12 +43,7 @@ std::vector<float4> rows_of(const std::vector<Particle<double>>& particles,
 // edits short in VR.
 struct Fresh {
     std::unique_ptr<float4[]> rows;
-    Vec3<float> low{1e30f, 1e30f, 1e30f}, high{-1e30f, -1e30f, -1e30f};
-    void take_in(Vec3<float> least, Vec3<float> most)
-    {
-        low = {min(low.x, least.x), min(low.y, least.y), min(low.z, least.z)};
-        high = {max(high.x, most.x), max(high.y, most.y), max(high.z, most.z)};
-    }
+    Box3<float> box = empty_box<float>();
 };
 Fresh fresh_of(Clays clays, const std::vector<int>& objects, std::size_t count)
 {
@@ -64,10 +59,10 @@ Fresh fresh_of(Clays clays, const std::vector<int>& objects, std::size_t count)
         for (Particle<double> p : piece.of) {
             p.object = objects[piece.clay];
             const Particle<float> q = cast<float>(p);
-            view.store(i++, q), own.take_in(q.x, q.x);
+            view.store(i++, q), grow(own.box, q.x);
         }
         const std::lock_guard<std::mutex> lock(taking);
-        made.take_in(own.low, own.high);
+        grow(made.box, own.box);
     });
     return made;
 }
@@ -163,7 +158,7 @@ void Store::append(Clays clays, const std::vector<int>& objects, int side, cudaS
     for (const auto& clay : clays) more += clay.size();
     const auto before = std::size_t(count()), n = before + more;
     const Fresh fresh = fresh_of(clays, objects, more);
-    hold(fresh.low, fresh.high);
+    hold(fresh.box);
     std::vector<int> order(more);
     std::iota(order.begin(), order.end(), int(before));
     reserve_others(n);

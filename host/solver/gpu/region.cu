@@ -123,10 +123,11 @@ void Store::grow()
     set_box(grown(all.lattice, ends));
 }
 
-void Store::hold(Vec3<float> low, Vec3<float> high)
+void Store::hold(const Box3<float>& clay)
 {
     const Lattice<float>& l = all.lattice;
-    const Int3 first = base_node(low, l.spacing), end = base_node(high, l.spacing) + Int3{3, 3, 3};
+    const Int3 first = base_node(clay.low, l.spacing),
+               end = base_node(clay.high, l.spacing) + Int3{3, 3, 3};
     const Int3 stored = l.low + l.stored;
     const bool fits = first.x >= l.low.x && first.y >= l.low.y && first.z >= l.low.z &&
                       end.x <= stored.x && end.y <= stored.y && end.z <= stored.z;

@@ -48,7 +48,7 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     std::size_t particle_count() const override { return std::size_t(store.count()); }
     std::vector<Particle<double>> particles() const override;
     std::vector<Gaussian<double>> gaussians() const override;
-    std::vector<Vec3<double>> places(Vec3<double> low, Vec3<double> high) const override;
+    std::vector<Vec3<double>> places(const Box3<double>& box) const override;
     std::vector<double> penetration() const override;
     std::vector<Vec3<double>> velocities() const override;
     const StageProfile* profile() const override { return this; }

@@ -121,7 +121,7 @@ void GpuSolver::move(int object, const RigidMotion<double>& motion)
     if (!to.empty()) {
         book->check_place(cast<double>(to.lowest()));
         book->check_place(cast<double>(to.highest()));
-        store.hold(to.lowest(), to.highest());
+        store.hold({to.lowest(), to.highest()});
     }
     wake(object);
     gpu::move(store.views().particles[side], object, motion, main);
@@ -165,11 +165,11 @@ void GpuSolver::edit_gaussians(const GaussianEdits& edits)
     ++changes;
 }
 
-std::vector<Vec3<double>> GpuSolver::places(Vec3<double> low, Vec3<double> high) const
+std::vector<Vec3<double>> GpuSolver::places(const Box3<double>& box) const
 {
     check_idle();
     wait(main, "particles");
-    return store.places_in(low, high);
+    return store.places_in(box);
 }
 
 void GpuSolver::set_gravity(Vec3<double> gravity)
@@ -294,9 +294,9 @@ void GpuSolver::load(const SavedState& from)
     const Lattice<float> now = store.views().lattice;
     const Lattice<float> box =
         boxed({now.size, now.dx}, from.quiet_low, from.quiet_low + from.quiet_stored);
-    const Region held = stored_region(box);
+    const Box3<float> held = stored_region(box);
     for (const Particle<double>& p : from.contents.particles)
-        if (!held.holds(cast<float>(p.x)))
+        if (!contains(held, cast<float>(p.x)))
             throw std::invalid_argument("the state has clay beyond the nodes that it stores");
     if (!same_box(box, now)) store.set_box(box);
     store.resize(int(from.order.size()));

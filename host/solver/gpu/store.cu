@@ -204,7 +204,7 @@ std::vector<Particle<double>> Store::particles() const
 }
 
 // Downloads only the first of the six rows of each particle.
-std::vector<Vec3<double>> Store::places_in(Vec3<double> low, Vec3<double> high) const
+std::vector<Vec3<double>> Store::places_in(const Box3<double>& within) const
 {
     std::vector<float4> first(static_cast<std::size_t>(count()));
     if (!first.empty())
@@ -214,7 +214,7 @@ std::vector<Vec3<double>> Store::places_in(Vec3<double> low, Vec3<double> high) 
     std::vector<Vec3<double>> inside;
     for (const float4& row : first) {
         const Vec3<double> x = cast<double>(Vec3<float>{row.x, row.y, row.z});
-        if (within(x, low, high)) inside.push_back(x);
+        if (contains(within, x)) inside.push_back(x);
     }
     return inside;
 }

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cuda/device/device_array.cuh"
+#include "cuda/math/box.h"
 #include "cuda/mpm/edit.cuh"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
@@ -62,7 +63,7 @@ class Store {
     void send_input(int slot, cudaStream_t stream) const;
 
     std::vector<Particle<double>> particles() const;
-    std::vector<Vec3<double>> places_in(Vec3<double> low, Vec3<double> high) const;
+    std::vector<Vec3<double>> places_in(const Box3<double>& within) const;
     std::vector<float> depths(cudaStream_t stream) const;       // of penetration(), by id [m]
     std::vector<float4> velocities(cudaStream_t stream) const;  // of velocities(), by id [m/s]
     void set_sides(const std::vector<Particle<double>>& particles) const;
@@ -85,8 +86,8 @@ class Store {
     // materials, gravity and walls; set_tools() the tools.
     void set_rules(const SceneState& rules);
     void set_tools(const SceneState& rules);
-    // Enlarges the stored box to the stencils of particles in [low, high].
-    void hold(Vec3<float> low, Vec3<float> high);
+    // Enlarges the stored box to the stencils of particles in `clay`.
+    void hold(const Box3<float>& clay);
     void set_box(const Lattice<float>& box);
     // Appends to the particles on `side`; all are on side 0 afterwards. Enlarges the stored box as
     // needed.
