@@ -21,7 +21,7 @@ Mesh mesh_of(const Scene& scene, const std::vector<Particle<double>>& particles)
     return surface(particles, scene.setup.materials, scene.surface).at(0);
 }
 
-void tell(const std::string& what, const Scene& scene, const std::vector<double>& distances)
+void print_row(const std::string& what, const Scene& scene, const std::vector<double>& distances)
 {
     const Roughness r = roughness_of(distances);
     const double dx = scene.setup.lattice.dx;
@@ -37,8 +37,8 @@ void rest()
                                            {0.5, 0.5, 0.5}, per_cell);
             const double volume = double(scene.setup.particles.size()) *
                                   scene.setup.materials[0].volume / shape_volume(scene.objects[0]);
-            tell(fmt::format("{} cells, {} a cell, volume {:.5f}", cells, per_cell, volume), scene,
-                 from_sphere(mesh_of(scene, scene.setup.particles)));
+            print_row(fmt::format("{} cells, {} a cell, volume {:.5f}", cells, per_cell, volume),
+                      scene, from_sphere(mesh_of(scene, scene.setup.particles)));
         }
 }
 
@@ -47,8 +47,8 @@ void squeezed()
     for (const int cells : {32, 40, 64}) {
         const Pressing p = squeeze(cells);
         const Mesh mesh = mesh_of(p.scene, after(p));
-        tell(fmt::format("{} cells, squeezed", cells), p.scene,
-             from_quadric(mesh, 3 * p.scene.setup.lattice.dx));
+        print_row(fmt::format("{} cells, squeezed", cells), p.scene,
+                  from_quadric(mesh, 3 * p.scene.setup.lattice.dx));
     }
 }
 

@@ -37,9 +37,9 @@ constexpr const char* live_shading = R"(
 layout(binding = 0) uniform sampler2DArrayShadow key_map;
 layout(binding = 1) uniform sampler2DArrayShadow zenith_map;
 
-float key_open(vec3 p, vec3 n) {
+float key_visibility(vec3 p, vec3 n) {
     const float spread = 3;  // texels
-    vec3 m = in_map(lamp[0], p + (spread + 1) * 2 * ball.w / key_side * n);
+    vec3 m = shadow_coord(lamp[0], p + (spread + 1) * 2 * ball.w / key_side * n);
     if (any(greaterThan(abs(m.xy - 0.5), vec2(0.5)))) return 1;
     float depth = clamp(m.z, 0, 1) - 4e-4, open = 0;
     for (int i = 0; i < key_taps.length(); ++i)
@@ -52,8 +52,8 @@ float key_open(vec3 p, vec3 n) {
 // below it is not the depth of an occluder. The offset along the normal is half the width r of the
 // square, so that no slope shadows itself: on a plane inclined by the angle a, points within r
 // occlude p only if the offset is below r sin(a).
-float sky_open(vec3 p, vec3 n) {
-    vec3 m = in_map(lamp[1], p + 2 * 2 * ball.w / zenith_side * n);
+float sky_visibility(vec3 p, vec3 n) {
+    vec3 m = shadow_coord(lamp[1], p + 2 * 2 * ball.w / zenith_side * n);
     if (any(greaterThan(abs(m.xy - 0.5), vec2(0.5)))) return 1;
     vec2 at = m.xy * zenith_side, corner = floor(at + 0.5), s = at + 0.5 - corner;
     vec2 less = 3 - 2 * s, more = 1 + 2 * s;
@@ -66,21 +66,21 @@ float sky_open(vec3 p, vec3 n) {
             more.x * more.y * texture(zenith_map, vec4(high, 0, depth))) / 16;
 }
 
-vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
+vec3 shade(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
     vec3 l = lamp[0].towards.xyz;
     float cosine = dot(n, l);
-    float key = cosine > 0 ? cosine * key_open(p, n) : 0;
+    float key = cosine > 0 ? cosine * key_visibility(p, n) : 0;
     // A surface without occluders sees the fraction (1 + n.y) / 2 of the sky, centred between its
     // normal and the zenith; occluders above reduce it.
     float open = 0.5 + 0.5 * n.y;
     // A surface that faces down is hidden from the zenith by its own body, which that fraction
     // already includes.
     float faces = smoothstep(-0.5, 0.0, n.y);
-    if (faces > 0) open *= mix(1.0, mix(0.4, 1.0, sky_open(p, n)), faces);
+    if (faces > 0) open *= mix(1.0, mix(0.4, 1.0, sky_visibility(p, n)), faces);
     vec3 middle = n + vec3(0, 1.001, 0);
-    vec3 light = key * key_colour + open * sky_from(normalize(middle)) + bounced(p, n);
-    float glint = key > 0 ? key * glint_of(n, l, view, skin) : 0;
-    return colour * light + glint * key_colour + rim_of(n, view, skin, open);
+    vec3 light = key * key_colour + open * sky_from(normalize(middle)) + floor_bounce(p, n);
+    float glint = key > 0 ? key * specular(n, l, view, skin) : 0;
+    return colour * light + glint * key_colour + translucency(n, view, skin, open);
 }
 )";
 
@@ -90,12 +90,12 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec4 colour;
 layout(location = 3) in float advance;  // displacement along the normal since the previous surface
                                         // [m]
-layout(location = 3) uniform float ahead;
+layout(location = 3) uniform float extrapolation;
 out vec3 vertex_place;
 out vec3 vertex_normal;
 out vec4 vertex_colour;
 void main() {
-    vec3 now = place + ahead * advance * normal;
+    vec3 now = place + extrapolation * advance * normal;
     gl_Position = projected(now);
     vertex_place = now;
     vertex_normal = normal;
@@ -124,9 +124,9 @@ void main() {
     vec3 n = size > 0 ? vertex_normal / size : vec3(0, 1, 0);
     if (!gl_FrontFacing) n = -n;
     vec3 view = normalize(eye.xyz - vertex_place);
-    vec3 c = lit(vertex_place, n, view, vertex_colour.rgb, vertex_colour.a);
+    vec3 c = shade(vertex_place, n, view, vertex_colour.rgb, vertex_colour.a);
     float edge = pow(1 - max(dot(n, view), 0), 2);
-    radiance = vec4(toned(c + mix(0.03, 0.8, edge) * glow), 1);
+    radiance = vec4(tone_map(c + mix(0.03, 0.8, edge) * glow), 1);
 }
 )";
 
@@ -143,15 +143,15 @@ void main() {
 constexpr const char* live_floor_fragment = R"(
 in vec3 vertex_place;
 out vec4 radiance;
-layout(location = 1) uniform float cover;  // 1: the floor fades into the backdrop; 0: it fades to
-                                           // transparent
+layout(location = 1) uniform float opaque;  // 1: the floor fades into the backdrop; 0: it fades to
+                                            // transparent
 void main() {
     vec3 ray = vertex_place - eye.xyz;
     vec3 colour = floor_at(vertex_place, ray, length(ray));
     vec3 up = vec3(0, 1, 0);
     float fade = smoothstep(0.25, 1.0, length(vertex_place.xz - ball.xz) / scale.y);
-    vec3 c = mix(lit(vertex_place, up, up, colour, 0), backdrop(0), cover * fade);
-    radiance = cover > 0 ? vec4(toned(c), 1) : (1 - fade) * vec4(toned(c), 1);
+    vec3 c = mix(shade(vertex_place, up, up, colour, 0), backdrop(0), opaque * fade);
+    radiance = opaque > 0 ? vec4(tone_map(c), 1) : (1 - fade) * vec4(tone_map(c), 1);
 }
 )";
 constexpr const char* live_backdrop_vertex = R"(
@@ -164,7 +164,7 @@ void main() {
 constexpr const char* live_backdrop_fragment = R"(
 in vec2 at;
 out vec4 radiance;
-void main() { radiance = vec4(toned(backdrop(max(normalize(ray_through(at)).y, 0))), 1); }
+void main() { radiance = vec4(tone_map(backdrop(max(normalize(ray_through(at)).y, 0))), 1); }
 )";
 
 // Hidden area: drawn first, at depth 1 (nearest), so that all later fragments fail the depth test.
@@ -214,19 +214,20 @@ void main() {
     spot.y = 1 - spot.y;
     if (shown.x > 0)
         spot = clamp(spot * shown, vec2(0.5), shown - 0.5) / vec2(textureSize(splat_colours, 0));
-    float ahead = splats ? textureLod(splat_depths, spot, 0).r : 1e30, behind = 0;
+    float splat_depth = splats ? textureLod(splat_depths, spot, 0).r : 1e30, behind = 0;
     for (int s = 0; s < seen; ++s)
-        if (ahead * found[s] < eye.w) behind += 1.0 / seen;
+        if (splat_depth * found[s] < eye.w) behind += 1.0 / seen;
     // Colours are premultiplied by coverage.
-    vec3 c = sum.a > 0 ? encoded(sum.rgb / sum.a) * sum.a : vec3(0);
-    float cover = sum.a;
+    vec3 c = sum.a > 0 ? to_srgb(sum.rgb / sum.a) * sum.a : vec3(0);
+    float coverage = sum.a;
     if (splats && behind > 0) {
         vec4 over = behind * textureLod(splat_colours, spot, 0);
         c = over.rgb + (1 - over.a) * c;
-        cover = over.a + (1 - over.a) * cover;
-        if (over.a > 0.5) nearest = max(nearest, eye.w / ahead);
+        coverage = over.a + (1 - over.a) * coverage;
+        if (over.a > 0.5) nearest = max(nearest, eye.w / splat_depth);
     }
-    tone = vec4(linear ? (cover > 0 ? decoded(c / cover) * cover : vec3(0)) : c, cover);
+    tone = vec4(linear ? (coverage > 0 ? from_srgb(c / coverage) * coverage : vec3(0)) : c,
+                coverage);
     gl_FragDepth = nearest;
 }
 )";

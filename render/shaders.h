@@ -57,15 +57,15 @@ layout(std140, binding = 1) uniform View {
     vec4 shift;     // offset of the frustum's centre from the view axis, in half fields of view:
                     // right, up
 };
-vec3 in_map(Lamp l, vec3 p) {
+vec3 shadow_coord(Lamp l, vec3 p) {
     return vec3(dot(l.row[0], vec4(p, 1)), dot(l.row[1], vec4(p, 1)), dot(l.row[2], vec4(p, 1)));
 }
 // Reversed depth: near / distance along the view axis; 1 at the near plane, 0 at infinity.
 vec4 projected(vec3 place) {
     vec3 d = place - eye.xyz;
-    float ahead = dot(d, forward.xyz);
-    return vec4(dot(d, right.xyz) * right.w * right.w - shift.x * ahead,
-                dot(d, up.xyz) * up.w * up.w - shift.y * ahead, eye.w, ahead);
+    float view_depth = dot(d, forward.xyz);
+    return vec4(dot(d, right.xyz) * right.w * right.w - shift.x * view_depth,
+                dot(d, up.xyz) * up.w * up.w - shift.y * view_depth, eye.w, view_depth);
 }
 // View ray through a point of the picture in [-1, 1]^2, with component 1 along the view axis.
 vec3 ray_through(vec2 at) {
@@ -78,7 +78,7 @@ constexpr const char* shadow_vertex = R"(
 layout(location = 0) in vec3 place;
 layout(location = 0) uniform int number;
 void main() {
-    vec3 m = in_map(lamp[number], place);
+    vec3 m = shadow_coord(lamp[number], place);
     gl_Position = vec4(2 * m.xy - 1, m.z, 1);
 }
 )";
@@ -134,20 +134,20 @@ vec3 backdrop(float height) {
 }
 // Specular highlight of a lamp: normalised Blinn-Phong with a Fresnel factor, broad on clay,
 // broader on skin.
-float glint_of(vec3 n, vec3 l, vec3 view, float skin) {
+float specular(vec3 n, vec3 l, vec3 view, float skin) {
     float shine = mix(22, 9, skin), gloss = mix(0.050, 0.030, skin);
     vec3 h = normalize(l + view);
     float fresnel = 1 + 4 * pow(1 - max(dot(h, view), 0), 5);
     return fresnel * gloss * (shine + 8) / 8 * pow(max(dot(n, h), 0), shine);
 }
 // Light reflected by the floor; less for points near the floor, where it is in shade.
-vec3 bounced(vec3 p, vec3 n) {
+vec3 floor_bounce(vec3 p, vec3 n) {
     float height = max(p.y - forward.w, 0);
     float clear = mix(0.10, 1.0, height / (height + 0.35 * ball.w));
     return 0.75 * clear * (0.5 - 0.5 * n.y) * floor_colour;
 }
 // Translucency of skin at grazing angles; `open`: visible fraction of the sky.
-vec3 rim_of(vec3 n, vec3 view, float skin, float open) {
+vec3 translucency(vec3 n, vec3 view, float skin, float open) {
     return skin * 0.22 * pow(1 - max(dot(n, view), 0), 3) * (0.3 + open) * vec3(1.0, 0.72, 0.60);
 }
 )";
@@ -158,8 +158,9 @@ constexpr const char* ground = R"(
 float line(float at, float spacing, float width, float footprint) {
     float d = abs(fract(at / spacing + 0.5) - 0.5) * spacing;
     float soft = max(footprint, 0.5 * width);
-    float cover = 1 - smoothstep(width - soft, width + soft, d);
-    return cover * min(1.0, width / footprint) * (1 - smoothstep(0.1, 0.35, footprint / spacing));
+    float coverage = 1 - smoothstep(width - soft, width + soft, d);
+    return coverage * min(1.0, width / footprint) *
+           (1 - smoothstep(0.1, 0.35, footprint / spacing));
 }
 
 vec3 floor_at(vec3 p, vec3 ray, float distance) {
@@ -174,16 +175,16 @@ vec3 floor_at(vec3 p, vec3 ray, float distance) {
 
 constexpr const char* tones = R"(
 // Tone curve: linear up to a knee, then a shoulder that approaches 1.
-vec3 toned(vec3 c) {
+vec3 tone_map(vec3 c) {
     const float knee = 0.6;
     vec3 over = max(c - knee, 0);
     return clamp(min(c, knee) + (1 - knee) * over / (over + (1 - knee)), 0, 1);
 }
 // Linear to sRGB, and the inverse.
-vec3 encoded(vec3 c) {
+vec3 to_srgb(vec3 c) {
     return mix(12.92 * c, 1.055 * pow(c, vec3(1 / 2.4)) - 0.055, step(0.0031308, c));
 }
-vec3 decoded(vec3 c) {
+vec3 from_srgb(vec3 c) {
     return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c));
 }
 )";
@@ -206,15 +207,15 @@ float grain(vec2 at) { return fract(52.9829189 * fract(dot(at, vec2(0.06711056, 
 // Visibility of lamp l from p: the mean of two shadow lookups, at an offset within a square of half
 // width `blur` (fraction of the map) and at the opposite offset. The offset differs between samples
 // and lamps: sequence R2 [Roberts 2018].
-float open_to(sampler2DArrayShadow maps, int layer, Lamp l, vec3 p, vec2 turn, float blur) {
-    vec3 m = in_map(l, p);
+float lamp_visibility(sampler2DArrayShadow maps, int layer, Lamp l, vec3 p, vec2 turn, float blur) {
+    vec3 m = shadow_coord(l, p);
     vec2 aside = blur * (2 * fract(turn + layer * vec2(0.7548777, 0.5698403)) - 1);
     float depth = clamp(m.z, 0, 1) - 3e-4;
     return 0.5 * (texture(maps, vec4(m.xy + aside, layer, depth)) +
                   texture(maps, vec4(m.xy - aside, layer, depth)));
 }
 
-vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
+vec3 shade(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
     int quarter = int(gl_FragCoord.x) % 2 + 2 * (int(gl_FragCoord.y) % 2);
     float texel = 2 * ball.w / key_map_side;
     vec2 turn = vec2(grain(gl_FragCoord.xy), grain(gl_FragCoord.yx + 37));
@@ -223,10 +224,10 @@ vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
         vec3 l = lamp[i].towards.xyz;
         float cosine = dot(n, l);
         if (cosine <= 0) continue;
-        float share = cosine * open_to(key_maps, i, lamp[i], p + (2.5 * texel) * n, turn,
-                                       1.8 / key_map_side);
+        float share = cosine * lamp_visibility(key_maps, i, lamp[i], p + (2.5 * texel) * n, turn,
+                                               1.8 / key_map_side);
         key += share;
-        glint += share * glint_of(n, l, view, skin);
+        glint += share * specular(n, l, view, skin);
     }
     texel = 2 * ball.w / dome_map_side;
     float open = 0;
@@ -234,16 +235,16 @@ vec3 lit(vec3 p, vec3 n, vec3 view, vec3 colour, float skin) {
         Lamp l = lamp[key_lamps + i];
         float cosine = dot(n, l.towards.xyz);
         if (cosine <= 0) continue;
-        float share = cosine * open_to(dome_maps, i, l, p + (2.0 * texel) * n, turn,
-                                       2.0 / dome_map_side);
+        float share = cosine * lamp_visibility(dome_maps, i, l, p + (2.0 * texel) * n, turn,
+                                               2.0 / dome_map_side);
         dome += share * sky_from(l.towards.xyz);
         open += share;
     }
     // Radiance is colour / pi times irradiance; a lamp of the dome represents 2 pi / dome_lamps sr.
     float key_share = 4.0 / key_lamps, dome_share = 4.0 * 2.0 / dome_lamps;
     open *= dome_share;
-    vec3 light = key * key_share * key_colour + dome * dome_share + bounced(p, n);
-    return colour * light + glint * key_share * key_colour + rim_of(n, view, skin, open);
+    vec3 light = key * key_share * key_colour + dome * dome_share + floor_bounce(p, n);
+    return colour * light + glint * key_share * key_colour + translucency(n, view, skin, open);
 }
 
 void main() {
@@ -258,11 +259,11 @@ void main() {
     if (distance < ground) {
         vec4 colour = texelFetch(colours, cell, 0);
         vec3 n = texelFetch(normals, cell, 0).xyz;
-        radiance.rgb = lit(eye.xyz + distance * ray, n, -normalize(ray), colour.rgb, colour.a);
+        radiance.rgb = shade(eye.xyz + distance * ray, n, -normalize(ray), colour.rgb, colour.a);
     } else {
         vec3 p = eye.xyz + ground * ray;
         vec3 colour = floor_at(p, ray, ground * length(ray));
-        vec3 c = lit(p, vec3(0, 1, 0), vec3(0, 1, 0), colour, 0);
+        vec3 c = shade(p, vec3(0, 1, 0), vec3(0, 1, 0), colour, 0);
         float fade = smoothstep(0.25, 1.0, length(p.xz - ball.xz) / scale.y);
         radiance.rgb = mix(c, radiance.rgb, fade);
     }
@@ -279,7 +280,7 @@ void main() {
     for (int y = 0; y < samples_across; ++y)
         for (int x = 0; x < samples_across; ++x)
             sum += texelFetch(radiances, first + ivec2(x, y), 0).rgb;
-    tone = vec4(encoded(toned(sum / (samples_across * samples_across))), 1);
+    tone = vec4(to_srgb(tone_map(sum / (samples_across * samples_across))), 1);
 }
 )";
 

@@ -44,7 +44,10 @@ class OpenXrHeadset : public Headset {
         if (platform) platform->make_current();
     }
     GlAddress gl_address() const override { return platform->address(); }
-    int stray_gl_errors() const override { return stray + (session ? session->gl_errors : 0); }
+    int stray_gl_errors() const override
+    {
+        return earlier_gl_errors + (session ? session->gl_errors : 0);
+    }
 
   private:
     void start();
@@ -52,10 +55,10 @@ class OpenXrHeadset : public Headset {
     void drop_session();
     void drop_instance();
     void describe();
-    void read_events(HeadsetEvents& news);
-    void take(const XrEventDataBuffer& event, HeadsetEvents& news);
-    bool fulfil(SessionAction duty, HeadsetEvents& news);
-    void renew(SessionAction duty, HeadsetEvents& news);
+    void read_events(HeadsetEvents& events);
+    void take(const XrEventDataBuffer& event, HeadsetEvents& events);
+    bool fulfil(SessionAction duty, HeadsetEvents& events);
+    void renew(SessionAction duty, HeadsetEvents& events);
     std::string loss_text(SessionAction duty);
     void give_up(const std::string& why);
     // Runs `what`. An XrFailure marks session or instance as lost, for poll() to renew; returns
@@ -79,8 +82,8 @@ class OpenXrHeadset : public Headset {
     // Renewal is tried at once, then after pauses that double up to 1 s.
     double pause = 0, next_try = 0;  // [s]; [s, steady clock]
     std::string reason;
-    std::string last_loss;  // text of the last failure
-    int stray = 0;          // GL errors of earlier sessions
+    std::string last_loss;      // text of the last failure
+    int earlier_gl_errors = 0;  // GL errors of earlier sessions
     // FrameTiming::time = 1e-9 (XrTime - zero) [s].
     bool rebase = true;
     XrTime zero = 0;
@@ -113,7 +116,7 @@ void OpenXrHeadset::start_session()
 
 void OpenXrHeadset::drop_session()
 {
-    if (session) stray += session->gl_errors;
+    if (session) earlier_gl_errors += session->gl_errors;
     in_frame = false;
     session.reset();
 }
@@ -162,7 +165,7 @@ void OpenXrHeadset::give_up(const std::string& why)
     reason = why;  // close() frees session and instance
 }
 
-void OpenXrHeadset::take(const XrEventDataBuffer& event, HeadsetEvents& news)
+void OpenXrHeadset::take(const XrEventDataBuffer& event, HeadsetEvents& events)
 {
     SessionState& state = session->state;
     switch (int(event.type)) {
@@ -174,7 +177,7 @@ void OpenXrHeadset::take(const XrEventDataBuffer& event, HeadsetEvents& news)
             state.instance_lost();
             break;
         case XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING:
-            news.recentred = true;
+            events.recentred = true;
             break;
         case XR_TYPE_EVENT_DATA_DISPLAY_REFRESH_RATE_CHANGED_FB:
             rate = reinterpret_cast<const XrEventDataDisplayRefreshRateChangedFB&>(event)
@@ -188,20 +191,20 @@ void OpenXrHeadset::take(const XrEventDataBuffer& event, HeadsetEvents& news)
                 about.hidden[std::size_t(eye)] = session->hidden_area(eye);
             break;
         case XR_TYPE_EVENT_DATA_EVENTS_LOST:
-            news.messages.push_back("the runtime has lost events");
+            events.messages.push_back("the runtime has lost events");
             break;
         default:
             break;
     }
 }
 
-void OpenXrHeadset::read_events(HeadsetEvents& news)
+void OpenXrHeadset::read_events(HeadsetEvents& events)
 {
     try_to([&] {
         XrEventDataBuffer event;
-        while (instance->next_event(event)) take(event, news);
+        while (instance->next_event(event)) take(event, events);
     });
-    for (std::string& message : instance->take_messages()) news.messages.push_back(message);
+    for (std::string& message : instance->take_messages()) events.messages.push_back(message);
 }
 
 // One message per loss.
@@ -218,11 +221,11 @@ std::string OpenXrHeadset::loss_text(SessionAction duty)
 
 // Recovers a lost session or instance, one attempt per call, until `patience` is exceeded. The
 // simulation is not affected.
-void OpenXrHeadset::renew(SessionAction duty, HeadsetEvents& news)
+void OpenXrHeadset::renew(SessionAction duty, HeadsetEvents& events)
 {
     if (lost_at < 0) {
         lost_at = wall();
-        news.messages.push_back(loss_text(duty));
+        events.messages.push_back(loss_text(duty));
     }
     if (wall() < next_try) return sleep_for(std::min(options.nap, next_try - wall()));
     constexpr int most_fruitless = 10;
@@ -246,7 +249,7 @@ void OpenXrHeadset::renew(SessionAction duty, HeadsetEvents& news)
         }
         renewed = true;
         lost_at = -1;
-        news.messages.push_back("a new session began");
+        events.messages.push_back("a new session began");
     } catch (const std::runtime_error& e) {
         drop_session();
         // An absent runtime does not count as a failed session: only `patience` limits the
@@ -261,7 +264,7 @@ void OpenXrHeadset::renew(SessionAction duty, HeadsetEvents& news)
 }
 
 // Executes the action; false if there was none.
-bool OpenXrHeadset::fulfil(SessionAction duty, HeadsetEvents& news)
+bool OpenXrHeadset::fulfil(SessionAction duty, HeadsetEvents& events)
 {
     switch (duty) {
         case SessionAction::nothing:
@@ -272,7 +275,7 @@ bool OpenXrHeadset::fulfil(SessionAction duty, HeadsetEvents& news)
             return true;
         case SessionAction::renew_session:
         case SessionAction::renew_instance:
-            renew(duty, news);
+            renew(duty, events);
             return true;
         case SessionAction::leave:
             give_up("");
@@ -283,7 +286,7 @@ bool OpenXrHeadset::fulfil(SessionAction duty, HeadsetEvents& news)
 
 HeadsetEvents OpenXrHeadset::poll()
 {
-    HeadsetEvents news;
+    HeadsetEvents events;
     if (std::exchange(moves_floor, false) && session)
         try_to([&] {
             session->move_origin();
@@ -293,39 +296,39 @@ HeadsetEvents OpenXrHeadset::poll()
         if (leaving)
             give_up("");
         else
-            renew(instance ? SessionAction::renew_session : SessionAction::renew_instance, news);
+            renew(instance ? SessionAction::renew_session : SessionAction::renew_instance, events);
     }
     if (!over && session) {
-        read_events(news);
-        for (int k = 0; k < 4 && !over && session && fulfil(session->state.duty(), news); ++k)
-            if (session) read_events(news);
+        read_events(events);
+        for (int k = 0; k < 4 && !over && session && fulfil(session->state.duty(), events); ++k)
+            if (session) read_events(events);
     }
-    news.reason = reason;
-    news.worn = worn;
-    news.rate = rate;
+    events.reason = reason;
+    events.worn = worn;
+    events.rate = rate;
     if (over) {
-        news.phase = Phase::over;
-        return news;
+        events.phase = Phase::over;
+        return events;
     }
-    news.renewed = std::exchange(renewed, false);
-    news.lost = !session;
-    if (!session) return news;
-    news.visible = session->state.visible(), news.focused = session->state.focused();
-    news.phase = session->state.running() ? Phase::running : Phase::waiting;
-    if (news.phase == Phase::waiting) sleep_for(options.nap);
-    return news;
+    events.renewed = std::exchange(renewed, false);
+    events.lost = !session;
+    if (!session) return events;
+    events.visible = session->state.visible(), events.focused = session->state.focused();
+    events.phase = session->state.running() ? Phase::running : Phase::waiting;
+    if (events.phase == Phase::waiting) sleep_for(options.nap);
+    return events;
 }
 
 FrameTiming OpenXrHeadset::begin()
 {
-    FrameTiming tick;
-    tick.time = last_time + last_period, tick.period = last_period;
+    FrameTiming timing;
+    timing.time = last_time + last_period, timing.period = last_period;
     in_frame = session && session->state.running() && try_to([&] { frame = session->wait(); });
     if (!in_frame) {
-        last_time = tick.time;
-        return tick;
+        last_time = timing.time;
+        return timing;
     }
-    tick.period = 1e-9 * double(frame.predictedDisplayPeriod);
+    timing.period = 1e-9 * double(frame.predictedDisplayPeriod);
     // A new runtime may use another clock: continue the old time.
     if (rebase) {
         const bool first = last_period == 0;
@@ -333,18 +336,18 @@ FrameTiming OpenXrHeadset::begin()
         zero = frame.predictedDisplayTime - XrTime(std::llround(1e9 * now));
         rebase = false;
     }
-    tick.time = 1e-9 * double(frame.predictedDisplayTime - zero);
-    tick.draw = frame.shouldRender;
-    last_time = tick.time;
-    last_period = tick.period > 0 ? tick.period : 1.0 / 90;
-    return tick;
+    timing.time = 1e-9 * double(frame.predictedDisplayTime - zero);
+    timing.draw = frame.shouldRender;
+    last_time = timing.time;
+    last_period = timing.period > 0 ? timing.period : 1.0 / 90;
+    return timing;
 }
 
 HeadsetViews OpenXrHeadset::locate()
 {
-    HeadsetViews sight;
-    if (in_frame && !try_to([&] { sight = session->locate(frame); })) sight = {};
-    return sight;
+    HeadsetViews views;
+    if (in_frame && !try_to([&] { views = session->locate(frame); })) views = {};
+    return views;
 }
 
 void OpenXrHeadset::end(const FrameSubmission& drawn)

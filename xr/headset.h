@@ -2,12 +2,12 @@
 // in it.
 //
 //     for (;;) {
-//         const HeadsetEvents news = headset->poll();
-//         if (news.phase == Phase::over) break;
-//         if (news.phase != Phase::running) continue;  // poll() has slept for `nap`
-//         const FrameTiming tick = headset->begin();     // blocks until the next frame
-//         const HeadsetViews sight = headset->locate();  // eyes and hands at tick.time
-//         ... if sight.draw, draw sight.targets ...
+//         const HeadsetEvents events = headset->poll();
+//         if (events.phase == Phase::over) break;
+//         if (events.phase != Phase::running) continue;  // poll() has slept for `nap`
+//         const FrameTiming timing = headset->begin();   // blocks until the next frame
+//         const HeadsetViews views = headset->locate();  // eyes and hands at timing.time
+//         ... if views.draw, draw views.targets ...
 //         headset->end({...});
 //     }
 //     headset->close();

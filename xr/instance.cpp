@@ -80,7 +80,7 @@ Instance::Instance(PFN_xrGetInstanceProcAddr loader, const std::vector<std::stri
     create(names);
     try {
         listen();
-        look();
+        query_system();
     } catch (...) {
         api.destroy_instance.raw(api.instance);
         throw;
@@ -131,15 +131,16 @@ void Instance::listen()
     about.messageTypes = XR_DEBUG_UTILS_MESSAGE_TYPE_GENERAL_BIT_EXT |
                          XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
                          XR_DEBUG_UTILS_MESSAGE_TYPE_CONFORMANCE_BIT_EXT;
-    about.userCallback = heard;
+    about.userCallback = keep_message;
     about.userData = messages.get();
     if (XR_FAILED(api.create_messenger.raw(api.instance, &about, &messenger)))
         messenger = XR_NULL_HANDLE;
 }
 
-XrBool32 XRAPI_CALL Instance::heard(XrDebugUtilsMessageSeverityFlagsEXT,
-                                    XrDebugUtilsMessageTypeFlagsEXT,
-                                    const XrDebugUtilsMessengerCallbackDataEXT* what, void* self)
+XrBool32 XRAPI_CALL Instance::keep_message(XrDebugUtilsMessageSeverityFlagsEXT,
+                                           XrDebugUtilsMessageTypeFlagsEXT,
+                                           const XrDebugUtilsMessengerCallbackDataEXT* what,
+                                           void* self)
 {
     Messages& to = *static_cast<Messages*>(self);
     const std::lock_guard held(to.lock);
@@ -167,7 +168,7 @@ bool Instance::find_system()
     return true;
 }
 
-void Instance::look()
+void Instance::query_system()
 {
     if (!find_system()) no_headset(*this, XR_ERROR_FORM_FACTOR_UNAVAILABLE);
     auto hands =

@@ -42,11 +42,12 @@ class Instance {
 
   private:
     void create(const std::vector<std::string>& names);
-    void look();
+    void query_system();
     void listen();
-    static XrBool32 XRAPI_CALL heard(XrDebugUtilsMessageSeverityFlagsEXT how,
-                                     XrDebugUtilsMessageTypeFlagsEXT of,
-                                     const XrDebugUtilsMessengerCallbackDataEXT* what, void* self);
+    static XrBool32 XRAPI_CALL keep_message(XrDebugUtilsMessageSeverityFlagsEXT how,
+                                            XrDebugUtilsMessageTypeFlagsEXT of,
+                                            const XrDebugUtilsMessengerCallbackDataEXT* what,
+                                            void* self);
 
     XrDebugUtilsMessengerEXT messenger = XR_NULL_HANDLE;
     struct Messages;

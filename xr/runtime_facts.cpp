@@ -12,7 +12,7 @@ namespace knead {
 namespace {
 
 // Calls `found` with the results so far after each step: any step may block forever.
-void look(RuntimeInfo facts, const std::function<void(const RuntimeInfo&)>& found)
+void probe_runtime(RuntimeInfo facts, const std::function<void(const RuntimeInfo&)>& found)
 {
     try {
         const auto entry = xr::loader();
@@ -50,7 +50,7 @@ RuntimeInfo runtime_facts(double patience)
     known->facts.manifest = xr::runtime_manifest();
     known->facts.reason = xr::no_answer(patience);
     AbandonableThread thread([known, first = known->facts] {
-        look(first, [&](const RuntimeInfo& found) {
+        probe_runtime(first, [&](const RuntimeInfo& found) {
             const std::lock_guard held(known->lock);
             known->facts = found;
         });

@@ -171,7 +171,7 @@ XrFrameState Session::wait()
     return frame;
 }
 
-bool Session::locate_eyes(const XrFrameState& frame, HeadsetViews& sight)
+bool Session::locate_eyes(const XrFrameState& frame, HeadsetViews& frame_views)
 {
     auto about = typed<XrViewLocateInfo>(XR_TYPE_VIEW_LOCATE_INFO);
     about.viewConfigurationType = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
@@ -185,7 +185,7 @@ bool Session::locate_eyes(const XrFrameState& frame, HeadsetViews& sight)
     if (count != 2 || (seen.viewStateFlags & both) != both) return false;
     for (int eye = 0; eye < 2; ++eye) {
         const XrFovf& fov = views[eye].fov;
-        sight.eyes[std::size_t(eye)] = {
+        frame_views.eyes[std::size_t(eye)] = {
             joint_of(views[eye].pose), {fov.angleLeft, fov.angleRight, fov.angleUp, fov.angleDown}};
     }
     return true;
@@ -207,22 +207,22 @@ TrackedHand Session::hand(Side side, XrTime time)
 
 HeadsetViews Session::locate(const XrFrameState& frame)
 {
-    HeadsetViews sight;
+    HeadsetViews frame_views;
     actions->sync();
-    const bool eyes = sight.located = locate_eyes(frame, sight);
+    const bool eyes = frame_views.located = locate_eyes(frame, frame_views);
     for (const Side side : {left, right})
-        sight.hands[std::size_t(side)] = hand(side, frame.predictedDisplayTime);
-    sight.draw = frame.shouldRender && eyes && open_targets(sight);
-    return sight;
+        frame_views.hands[std::size_t(side)] = hand(side, frame.predictedDisplayTime);
+    frame_views.draw = frame.shouldRender && eyes && open_targets(frame_views);
+    return frame_views;
 }
 
-bool Session::open_targets(HeadsetViews& sight)
+bool Session::open_targets(HeadsetViews& frame_views)
 {
     before_gl();
     bool all = true;
     for (std::size_t eye = 0; eye < 2 && all; ++eye) {
         const XrViewConfigurationView& view = instance.views[eye];
-        EyeTexture& target = sight.targets[eye];
+        EyeTexture& target = frame_views.targets[eye];
         target.width = int(view.recommendedImageRectWidth);
         target.height = int(view.recommendedImageRectHeight);
         target.srgb = is_srgb(colour_format);

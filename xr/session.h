@@ -41,9 +41,9 @@ class Session {
     void make_spaces();
     void make_chains();
     void ask_for_rate();
-    bool locate_eyes(const XrFrameState& frame, HeadsetViews& sight);
+    bool locate_eyes(const XrFrameState& frame, HeadsetViews& frame_views);
     TrackedHand hand(Side side, XrTime time);
-    bool open_targets(HeadsetViews& sight);  // false: waiting for an image timed out
+    bool open_targets(HeadsetViews& frame_views);  // false: waiting for an image timed out
     void close_targets();
     // Brackets for calls that use GL: some runtimes fail on a pending GL error, leave one, or leave
     // another context current.

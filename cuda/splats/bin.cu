@@ -289,7 +289,7 @@ __global__ void __launch_bounds__(threads) choose_kernel(const __grid_constant__
     const unsigned drawn = drawn_parts(d.seen_parts[tile], step);
     const TileSample s = d.samples[tile];
     d.rules[tile] = {(unsigned char)(drawn), (unsigned char)(step),
-                     best_whole(s.splats, s.entries, __popc(drawn))};
+                     prefer_whole_list(s.splats, s.entries, __popc(drawn))};
     d.samples[tile] = {0, 0};
 }
 

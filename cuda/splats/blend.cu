@@ -370,7 +370,7 @@ __global__ void __launch_bounds__(threads, resident<PartSize, mesh>)
 {
     const TilePart part = part_of(d, int(blockIdx.x));
     const Range range = range_of(d, part);
-    if (!d.rules[part.tile].whole && range.to - range.from > longest_of_a_block) {
+    if (!d.rules[part.tile].whole && range.to - range.from > max_list_per_block) {
         if (threadIdx.x == 0) d.deferred[atomicAdd(&d.counts->deferred, 1)] = part.key;
         return;
     }

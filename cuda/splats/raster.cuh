@@ -88,7 +88,7 @@ struct alignas(16) SplatRest {
 // part. A thread block tests chunk_size candidates at a time.
 constexpr int chunk_size = 2048;
 
-// Samples of a tile: splats, and entries of a list by parts (best_whole()).
+// Samples of a tile: splats, and entries of a list by parts (prefer_whole_list()).
 struct alignas(8) TileSample {
     unsigned splats, entries;
 };

@@ -49,23 +49,23 @@ HD unsigned drawn_parts(unsigned seen, int step)
 constexpr int sampling = 32;
 // Cost of an additional list entry, in units of a block's test of an entry that does not reach its
 // part: on an H200 listing takes about 40 ps, a test 5 to 10 ps.
-constexpr int looks_an_entry = 6;
+constexpr int tests_per_entry = 6;
 // Maximum length of a whole list, which every block searches: 64 batches of 128 entries, half a
 // microsecond per batch if none of its splats reaches the block's part.
 constexpr int longest_whole = 8192;
 
 // Longer lists by parts are split over more blocks: one block needs some 5 us per batch if its
 // splats are small and lie in the rows of few of its warps.
-constexpr int longest_of_a_block = 2048;
+constexpr int max_list_per_block = 2048;
 
 // Whether a whole list is cheaper for a tile than lists by parts. `splats`: number of sampled
 // candidates that reach the tile; `entries`: their entries in a list by parts; `blocks`: number of
 // parts that are drawn. False without samples: lists by parts contain no splat that is not drawn.
-HD bool best_whole(unsigned splats, unsigned entries, int blocks)
+HD bool prefer_whole_list(unsigned splats, unsigned entries, int blocks)
 {
     const long long more = (long long)entries - splats;  // additional entries if listed by parts
-    const long long looks = (long long)blocks * splats - entries;
-    return splats > 0 && splats <= longest_whole / sampling && more * looks_an_entry > looks;
+    const long long tests = (long long)blocks * splats - entries;
+    return splats > 0 && splats <= longest_whole / sampling && more * tests_per_entry > tests;
 }
 
 }  // namespace knead

@@ -9,7 +9,7 @@
 namespace knead::gpu {
 namespace {
 
-constexpr int clear_threads = 64, deposit_threads = 128, list_threads = 128, soften_threads = 128;
+constexpr int clear_threads = 64, deposit_threads = 128, list_threads = 128, smooth_threads = 128;
 constexpr int box_nodes = 1024;  // of a warp; wider ones add to global memory singly
 constexpr Int3 one{1, 1, 1};
 
@@ -17,41 +17,42 @@ __global__ void __launch_bounds__(clear_threads) clear_kernel(const __grid_const
 {
     wait_upstream_and_trigger();
     const int t = int(threadIdx.x), row = t / 16, quarter = t % 16;
-    if (idle(d)) return;
-    if (blockIdx.x == 0 && t == 0) *d.faults = {}, d.active[0] = d.active[1] = 0;
+    if (unchanged(d)) return;
+    if (blockIdx.x == 0 && t == 0) *d.errors = {}, d.active[0] = d.active[1] = 0;
     if (blockIdx.x == 0 && t == 0 && d.whole) *d.progress = {};
     const auto emptied = [&](int block, auto* nodes) {
         reinterpret_cast<uint4*>(nodes + std::size_t(block) * block_nodes)[quarter] = {};
     };
     for (int k = int(blockIdx.x); k < d.active[2]; k += int(gridDim.x)) {
         const int block = d.list[k];
-        const unsigned anew = anew_of(d, block % d.layer_blocks());
-        if (!(anew & nodes_anew)) continue;
-        if (row == 0 && (anew & sums_anew)) emptied(block, d.sums);
+        const unsigned dirty = dirty_of(d, block % d.layer_blocks());
+        if (!(dirty & nodes_dirty)) continue;
+        if (row == 0 && (dirty & sums_dirty)) emptied(block, d.sums);
         if (row == 1) emptied(block, d.marks);
         for (int round = row - 2; row > 1 && round < d.rounds; round += 2)
             emptied(block, d.density_of(round));
         if (t == 0) d.counts[block] = 0;
-        if (t == 0 && (anew & sums_anew)) d.occupied[block] = 0;
+        if (t == 0 && (dirty & sums_dirty)) d.occupied[block] = 0;
     }
 }
 
 // Loads particle i; returns whether it is part of a surface.
 __device__ bool taken(const SurfaceView& d, const ParticleView& particles, int i, Vec3<float>& x,
-                      Grain& grain)
+                      ObjectDeposit& object_deposit)
 {
     if (i >= particles.count) return false;
     const Particle<float> q = particles.load(i);
     x = q.x;
-    grain = d.first;
-    if (q.object != 0) grain = {0, 0};
-    if (q.object > 0 && q.object < d.grains.count) grain = d.grains[q.object];
-    if (!(grain.units > 0) || !isfinite(x.x) || !isfinite(x.y) || !isfinite(x.z)) {
-        atomicAdd(&d.faults->unusable, 1u);
+    object_deposit = d.first;
+    if (q.object != 0) object_deposit = {0, 0};
+    if (q.object > 0 && q.object < d.object_deposits.count)
+        object_deposit = d.object_deposits[q.object];
+    if (!(object_deposit.units > 0) || !isfinite(x.x) || !isfinite(x.y) || !isfinite(x.z)) {
+        atomicAdd(&d.errors->unusable, 1u);
         return false;
     }
     if (inside(x, d.lattice)) return true;
-    atomicAdd(&d.faults->outside, 1u);
+    atomicAdd(&d.errors->outside, 1u);
     return false;
 }
 
@@ -100,7 +101,7 @@ __device__ void hand_on(const SurfaceView& d, const NodeBox& box, const unsigned
         if constexpr (incremental) {
             UNROLL
             for (int j = 0; j < at_once; ++j)
-                if (amount[j] && !(d.anew[(at[j] - layer) / block_nodes] & sums_anew))
+                if (amount[j] && !(d.dirty[(at[j] - layer) / block_nodes] & sums_dirty))
                     amount[j] = 0;
         }
         UNROLL
@@ -109,7 +110,7 @@ __device__ void hand_on(const SurfaceView& d, const NodeBox& box, const unsigned
         UNROLL
         for (int j = 0; j < at_once; ++j) {
             if (before[j] == 0) d.occupied[at[j] / block_nodes] = 1;
-            if (before[j] + amount[j] < before[j]) d.faults->crowded = 1;
+            if (before[j] + amount[j] < before[j]) d.errors->overflowed = 1;
         }
     }
 }
@@ -117,17 +118,18 @@ __device__ void hand_on(const SurfaceView& d, const NodeBox& box, const unsigned
 // One particle by itself. A sum counts as overflowed before the end of its range, so none wraps
 // undetected.
 template <bool incremental>
-__device__ void add_alone(const SurfaceView& d, const Stencil<float>& s, const Grain& grain)
+__device__ void add_alone(const SurfaceView& d, const Stencil<float>& s,
+                          const ObjectDeposit& object_deposit)
 {
-    const int layer = grain.category * d.layer_nodes();
+    const int layer = object_deposit.category * d.layer_nodes();
     unsigned fullest = 0;
-    deposit(s, grain.units, [&](Int3 step, float part) {
+    deposit(s, object_deposit.units, [&](Int3 step, float part) {
         const int node = d.padded.index(s.base + step + one), at = layer + node;
-        if (incremental && !(d.anew[node / block_nodes] & sums_anew)) return;
+        if (incremental && !(d.dirty[node / block_nodes] & sums_dirty)) return;
         fullest = max(fullest, atomicAdd(&d.sums[at], __float2uint_rn(part)));
         if (step.x != 1 && step.y != 1 && step.z != 1) d.occupied[at / block_nodes] = 1;
     });
-    if (fullest >> 31) d.faults->crowded = 1;
+    if (fullest >> 31) d.errors->overflowed = 1;
 }
 
 // `incremental`: only particles that reach a recomputed block, and only such blocks.
@@ -139,26 +141,26 @@ __global__ void __launch_bounds__(deposit_threads)
     wait_upstream_and_trigger();
     const int t = int(threadIdx.x), i = int(blockIdx.x) * deposit_threads + t, lane = t % 32;
     unsigned* const sums = boxes[t / 32];
-    if (incremental && i == 0) *d.seen = *clay.substeps;
-    if (incremental && idle(d)) return;
+    if (incremental && i == 0) *d.last_substep = *clay.substeps;
+    if (incremental && unchanged(d)) return;
     Vec3<float> x{};
-    Grain grain{};
-    bool mine = taken(d, clay.particles[clay.side ? *clay.side : 0], i, x, grain);
+    ObjectDeposit object_deposit{};
+    bool mine = taken(d, clay.particles[clay.side ? *clay.side : 0], i, x, object_deposit);
     const Stencil<float> s = stencil(x, d.lattice.dx);
-    if (incremental && mine) mine = (d.anew[d.padded.block_of(s.base + one)] & near_anew) != 0;
+    if (incremental && mine) mine = (d.dirty[d.padded.block_of(s.base + one)] & near_dirty) != 0;
     if (incremental && !__any_sync(~0u, mine)) return;
-    const NodeBox box = enclosing(mine, grain.category, s.base);
+    const NodeBox box = enclosing(mine, object_deposit.category, s.base);
     for (int k = lane; k < box.nodes; k += 32) sums[k] = 0;
     __syncwarp();
-    if (mine && box.nodes && grain.category == box.category) {
+    if (mine && box.nodes && object_deposit.category == box.category) {
         const Int3 from = s.base - box.low;
         unsigned* const base = sums + (from.z * box.size.y + from.y) * box.size.x + from.x;
-        deposit(s, grain.units, [&](Int3 step, float part) {
+        deposit(s, object_deposit.units, [&](Int3 step, float part) {
             atomicAdd(base + (step.z * box.size.y + step.y) * box.size.x + step.x,
                       __float2uint_rn(part));
         });
     } else if (mine) {
-        add_alone<incremental>(d, s, grain);
+        add_alone<incremental>(d, s, object_deposit);
     }
     __syncwarp();
     hand_on<incremental>(d, box, sums, lane);
@@ -180,25 +182,25 @@ __device__ void append(int* list, int room, int* count, int block, bool in)
 __global__ void __launch_bounds__(list_threads) list_kernel(const __grid_constant__ SurfaceView d)
 {
     wait_upstream_and_trigger();
-    if (idle(d)) return;
+    if (unchanged(d)) return;
     const int b = int(blockIdx.x) * list_threads + int(threadIdx.x);
-    unsigned reached = 0, anew = 0;
+    unsigned reached = 0, dirty = 0;
     bool skin = false;
     if (b < d.blocks) {
         const int category = b / d.layer_blocks(), first = category * d.layer_blocks();
         const Int3 at = d.padded.block_at(b - first), size = d.padded.blocks();
-        const int reach = (d.layers[category].softenings + block_edge) / block_edge;
+        const int reach = (d.scales[category].smoothing_passes + block_edge) / block_edge;
         for (int z = max(at.z - reach, 0); z <= min(at.z + reach, size.z - 1); ++z)
             for (int y = max(at.y - reach, 0); y <= min(at.y + reach, size.y - 1); ++y)
                 for (int x = max(at.x - reach, 0); x <= min(at.x + reach, size.x - 1); ++x)
                     reached |= d.occupied[first + d.padded.block_of({4 * x, 4 * y, 4 * z})];
-        anew = reached ? anew_of(d, b - first) : 0;
-        skin = reached && !(anew & nodes_anew) && d.counts[b] != 0;
+        dirty = reached ? dirty_of(d, b - first) : 0;
+        skin = reached && !(dirty & nodes_dirty) && d.counts[b] != 0;
     }
     append(d.list, d.blocks, d.active, b, reached != 0);
     append(d.skin, d.blocks, d.active + 1, b, skin);
-    append(d.work, d.blocks, &d.progress->softened, b, (anew & nodes_anew) != 0);
-    const unsigned deposited = __ballot_sync(~0u, (anew & sums_anew) != 0);
+    append(d.work, d.blocks, &d.progress->smoothed, b, (dirty & nodes_dirty) != 0);
+    const unsigned deposited = __ballot_sync(~0u, (dirty & sums_dirty) != 0);
     if (threadIdx.x % 32 == 0 && deposited) atomicAdd(&d.progress->deposited, __popc(deposited));
 }
 
@@ -222,13 +224,13 @@ __device__ void for_each_of(Visit&& visit)
 // every end. Bit 2 * z + j of `open`: the lane's node is on the lattice; others stay empty, as if
 // the lattice were infinite.
 template <int rim>
-__device__ void soften_tile(Tile& t, int lane, unsigned open)
+__device__ void smooth_tile(Tile& t, int lane, unsigned open)
 {
     const auto from_lane = [&](float v, int step) { return __shfl_sync(~0u, v, lane + step); };
     const auto along = [&](auto value, auto each) {
         Tile to = t;
         each([&](int j, int z) {
-            to.v[j][z] = softened<float>([&](int step) { return value(j, z, step); });
+            to.v[j][z] = smoothed<float>([&](int step) { return value(j, z, step); });
         });
         t = to;
     };
@@ -255,19 +257,19 @@ __device__ void soften_tile(Tile& t, int lane, unsigned open)
     close();
 }
 
-__global__ void __launch_bounds__(soften_threads)
+__global__ void __launch_bounds__(smooth_threads)
     soften_kernel(const __grid_constant__ SurfaceView d, int round)
 {
-    constexpr int warps = soften_threads / 32;
+    constexpr int warps = smooth_threads / 32;
     static_assert(passes_a_round == 2);
     wait_upstream_and_trigger();
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     const Int3 corner{lane % tile_edge, 2 * (lane / tile_edge), 0};  // the lane's first node
-    const int blocks = d.progress->softened;
+    const int blocks = d.progress->smoothed;
     for (int k = int(blockIdx.x) * warps + warp; k < blocks; k += int(gridDim.x) * warps) {
         const int block = d.work[k], category = block / d.layer_blocks();
         const int first = category * d.layer_nodes();
-        const Layer layer = d.layers[category];
+        const CategoryScale scale = d.scales[category];
         const Int3 low = block_edge * d.padded.block_at(block - category * d.layer_blocks()) -
                          halo * one + corner;
         const unsigned* const sums = d.sums + first;
@@ -279,13 +281,13 @@ __global__ void __launch_bounds__(soften_threads)
             tile.v[j][z] = 0;
             if (within(n - one, d.lattice.size)) {
                 const int i = d.padded.index(n);
-                tile.v[j][z] = round == 0 ? layer.quantum * float(sums[i]) : from[i];
+                tile.v[j][z] = round == 0 ? scale.quantum * float(sums[i]) : from[i];
                 open |= 1u << (2 * z + j);
             }
         });
-        const int passes = layer.softenings - round * halo;
-        if (passes > 0) soften_tile<0>(tile, lane, open);
-        if (passes > 1) soften_tile<1>(tile, lane, open);
+        const int passes = scale.smoothing_passes - round * halo;
+        if (passes > 0) smooth_tile<0>(tile, lane, open);
+        if (passes > 1) smooth_tile<1>(tile, lane, open);
         float* const to = d.density_of(round) + std::size_t(block) * block_nodes;
         const Int3 at = corner - halo * one;
         for_each_of<halo>([&](int j, int z) {
@@ -316,10 +318,10 @@ void list(const SurfaceView& view, cudaStream_t stream)
                stream, view);
 }
 
-void soften(const SurfaceView& view, int round, int processors, cudaStream_t stream)
+void smooth_density(const SurfaceView& view, int round, int processors, cudaStream_t stream)
 {
     launch_pdl("surface soften", soften_kernel,
-               min(blocks_for(view.blocks, soften_threads / 32), 16 * processors), soften_threads,
+               min(blocks_for(view.blocks, smooth_threads / 32), 16 * processors), smooth_threads,
                stream, view, round);
 }
 

@@ -31,7 +31,7 @@ HD bool inside(Vec3<R> x, const Lattice<R>& lattice)
 // One node after one binomial pass along one axis; value(step) returns the neighbour at step -1, 0
 // or 1. A pass along every axis adds half a dx^2 to the variance of the kernel.
 template <class R, class Value>
-HD R softened(Value&& value)
+HD R smoothed(Value&& value)
 {
     return R(0.25) * (value(-1) + value(1)) + R(0.5) * value(0);
 }
@@ -42,16 +42,16 @@ HD R softened(Value&& value)
 // 1/2 is variance / r too low.  [Merriman 1992]
 template <class R>
 constexpr R kernel_variance = R(1.25);
-constexpr int max_softenings = 24;
+constexpr int max_smoothing_passes = 24;
 
 // Binomial passes that widen the quadratic B-spline (variance dx^2 / 4) to kernel_variance, for
 // particles of a rest volume [m^3].
 template <class R>
-HD int softenings(R volume, R dx)
+HD int smoothing_passes(R volume, R dx)
 {
     const R spacing = std::cbrt(volume) / dx;
     const R passes = 2 * (kernel_variance<R> * spacing * spacing - R(0.25));
-    return int(clamp(passes + R(0.5), R(0), R(max_softenings)));
+    return int(clamp(passes + R(0.5), R(0), R(max_smoothing_passes)));
 }
 
 }  // namespace knead

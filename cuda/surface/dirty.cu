@@ -35,9 +35,10 @@ __device__ Range reaching(const SurfaceView& d, const Lattice<float>& lattice, I
         {last(high.x, from.x, end.x), last(high.y, from.y, end.y), last(high.z, from.z, end.z)}};
 }
 
-// Bits of Anew of block b of one category, by a warp: each lane tests every 32nd simulation block
+// Bits of Dirty of block b of one category, by a warp: each lane tests every 32nd simulation block
 // in range.
-__device__ unsigned renewed(const SurfaceView& d, const Clay& clay, int seen, int b, int lane)
+__device__ unsigned dirty_bits(const SurfaceView& d, const Clay& clay, int last_substep, int b,
+                               int lane)
 {
     const Int3 one{1, 1, 1};
     const Int3 low = block_edge * d.padded.block_at(b) - one, high = low + (block_edge - 1) * one;
@@ -47,31 +48,33 @@ __device__ unsigned renewed(const SurfaceView& d, const Clay& clay, int seen, in
     const Range sums = range(low, high), near = range(low, beyond), nodes = range(lower, higher);
     const Range all = range(lower, d.reach > block_edge ? higher : beyond);
     const Int3 size = all.high - all.low + one;
-    unsigned anew = 0;
+    unsigned dirty = 0;
     for (int k = lane; k < size.x * size.y * size.z; k += 32) {
         const Int3 at = all.low + Int3{k % size.x, k / size.x % size.y, k / (size.x * size.y)};
-        if (clay.changed[clay.lattice.block_of(block_edge * at)] <= seen) continue;
-        anew |= (sums.holds(at) ? sums_anew : 0u) | (near.holds(at) ? near_anew : 0u) |
-                (nodes.holds(at) ? nodes_anew : 0u);
+        if (clay.changed[clay.lattice.block_of(block_edge * at)] <= last_substep) continue;
+        dirty |= (sums.holds(at) ? sums_dirty : 0u) | (near.holds(at) ? near_dirty : 0u) |
+                 (nodes.holds(at) ? nodes_dirty : 0u);
     }
-    return __reduce_or_sync(~0u, anew);
+    return __reduce_or_sync(~0u, dirty);
 }
 
 __global__ void __launch_bounds__(threads)
     renew_kernel(const __grid_constant__ SurfaceView d, const __grid_constant__ Clay clay)
 {
-    const int t = int(threadIdx.x), b = int(blockIdx.x) * (threads / 32) + t / 32, seen = *d.seen;
+    const int t = int(threadIdx.x), b = int(blockIdx.x) * (threads / 32) + t / 32,
+              last_substep = *d.last_substep;
     // A sum that has overflowed cannot be corrected incrementally.
-    const bool whole = seen < 0 || d.faults->crowded;
-    unsigned anew = 0;
-    if (b < d.layer_blocks()) anew = whole ? unsigned(all_anew) : renewed(d, clay, seen, b, t % 32);
-    if (b < d.layer_blocks() && t % 32 == 0) d.anew[b] = anew;
-    if (t % 32 == 0 && (anew & nodes_anew)) d.progress->anew = 1;
+    const bool whole = last_substep < 0 || d.errors->overflowed;
+    unsigned dirty = 0;
+    if (b < d.layer_blocks())
+        dirty = whole ? unsigned(all_dirty) : dirty_bits(d, clay, last_substep, b, t % 32);
+    if (b < d.layer_blocks() && t % 32 == 0) d.dirty[b] = dirty;
+    if (t % 32 == 0 && (dirty & nodes_dirty)) d.progress->dirty = 1;
 }
 
 }  // namespace
 
-void renew(const SurfaceView& view, const Clay& clay, cudaStream_t stream)
+void mark_dirty(const SurfaceView& view, const Clay& clay, cudaStream_t stream)
 {
     check(cudaMemsetAsync(view.progress, 0, sizeof(Progress), stream), "surface renew");
     launch("surface renew", renew_kernel, blocks_for(view.layer_blocks(), threads / 32), threads,

@@ -17,7 +17,7 @@ __global__ void measure_kernel(const __grid_constant__ SurfaceView d, MeshInfo* 
               {INT_MAX, INT_MAX, INT_MAX},
               {INT_MIN, INT_MIN, INT_MIN},
               all,
-              *d.faults};
+              *d.errors};
 }
 
 struct Box {

@@ -11,7 +11,7 @@ struct MeshInfo {
     unsigned vertices, triangles;
     int low[3], high[3];
     Amounts needed;
-    Faults faults;  // of the surface
+    SurfaceErrors errors;  // of the surface
 };
 HD int ordered(int bits) { return bits >= 0 ? bits : bits ^ 0x7fffffff; }  // its own inverse
 

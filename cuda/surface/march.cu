@@ -106,7 +106,7 @@ __global__ void __launch_bounds__(count_threads) count_kernel(const __grid_const
     wait_upstream_and_trigger();
     const int lane = int(threadIdx.x) % 32, warp = int(threadIdx.x) / 32;
     float* const tile = tiles[warp];
-    const int blocks = d.progress->softened;
+    const int blocks = d.progress->smoothed;
     for (int k = int(blockIdx.x) * warps + warp; k < blocks; k += int(gridDim.x) * warps) {
         const int block = d.work[k];
         unsigned* const marks = d.marks + std::size_t(block) * block_nodes;
@@ -262,7 +262,7 @@ __global__ void __launch_bounds__(march_threads)
     __shared__ unsigned char owners[3 * block_nodes];  // of the block's vertices: 4 * node + axis
     copy(table, cases);
     wait_upstream_and_trigger();
-    if (idle(d)) return;
+    if (unchanged(d)) return;
     const int l = int(threadIdx.x), blocks = d.active[1];
     int block = d.skin[blockIdx.x];  // before its validity is known: the loads overlap
     const bool some = vertex_count(d) > 0;

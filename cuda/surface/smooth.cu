@@ -16,7 +16,7 @@ __global__ void __launch_bounds__(threads, 4)
     relax_kernel(const __grid_constant__ SurfaceView d, int from, float factor)
 {
     wait_upstream_and_trigger();
-    const int count = vertex_count(d) * int(!idle(d));
+    const int count = vertex_count(d) * int(!unchanged(d));
     const float4* const x = d.vertices[from];
     for (int v = int(blockIdx.x) * threads + int(threadIdx.x); v < count;
          v += int(gridDim.x) * threads) {
@@ -49,14 +49,14 @@ template <bool moving>
 __global__ void __launch_bounds__(threads, 4) shade_kernel(const __grid_constant__ SurfaceView d)
 {
     wait_upstream_and_trigger();
-    const bool stands = idle(d);
-    if (stands && !moving) return;
+    const bool no_change = unchanged(d);
+    if (no_change && !moving) return;
     const int count = vertex_count(d);
-    const bool known = moving && !stands && *d.past_known;
+    const bool known = moving && !no_change && *d.past_valid;
     const float4* const x = d.vertices[0];
     for (int v = int(blockIdx.x) * threads + int(threadIdx.x); v < count;
          v += int(gridDim.x) * threads) {
-        if (stands) {
+        if (no_change) {
             d.normals[v].w = 0;
             continue;
         }
@@ -71,7 +71,7 @@ __global__ void __launch_bounds__(threads, 4) shade_kernel(const __grid_constant
 
 __global__ void __launch_bounds__(threads) remember_kernel(const __grid_constant__ SurfaceView d)
 {
-    if (idle(d)) return;
+    if (unchanged(d)) return;
     const int all = d.categories * d.layer_nodes() / 4;
     const float4* const from = reinterpret_cast<const float4*>(d.final_density());
     for (int k = int(blockIdx.x) * threads + int(threadIdx.x); k < all;
@@ -97,10 +97,10 @@ void shade(const SurfaceView& view, int processors, cudaStream_t stream)
     launch_pdl("surface shade", view.past ? shade_kernel<true> : shade_kernel<false>,
                blocks_of(view, processors), threads, stream, view);
     if (view.past)  // any value but 0
-        check(cudaMemsetAsync(view.past_known, 1, sizeof(int), stream), "surface shade");
+        check(cudaMemsetAsync(view.past_valid, 1, sizeof(int), stream), "surface shade");
 }
 
-void remember(const SurfaceView& view, int processors, cudaStream_t stream)
+void save_densities(const SurfaceView& view, int processors, cudaStream_t stream)
 {
     launch("surface remember", remember_kernel, 8 * processors, threads, stream, view);
 }

@@ -29,15 +29,15 @@ struct Clay {
 };
 
 // Contribution of an object's particles to the density.
-struct Grain {
+struct ObjectDeposit {
     float units;   // rest volume in units of its category's sums; 0: unusable
     int category;  // index
 };
 
 // Densities are summed as integers: bitwise independent of the order.
-struct Layer {
-    float quantum;   // density of one unit, a power of two
-    int softenings;  // passes
+struct CategoryScale {
+    float quantum;         // density of one unit, a power of two
+    int smoothing_passes;  // passes
 };
 
 // Draw command of one category, in the layout of glDrawElementsIndirect.
@@ -48,23 +48,23 @@ struct DrawCommand {
 };
 
 // Which parts of a block of the padded lattice are recomputed, as bits.
-enum Anew : unsigned {
-    sums_anew = 1,   // moved clay may reach one of its nodes
-    near_anew = 2,   // particles whose stencils start in it reach such a block
-    nodes_anew = 4,  // densities, or the cases of its cells, may change
-    all_anew = 7
+enum Dirty : unsigned {
+    sums_dirty = 1,   // moved clay may reach one of its nodes
+    near_dirty = 2,   // particles whose stencils start in it reach such a block
+    nodes_dirty = 4,  // densities, or the cases of its cells, may change
+    all_dirty = 7
 };
 
 // The part of the last surface that was recomputed.
 struct Progress {
-    int anew;                 // 1: at least one block is recomputed; 0: none
-    int deposited, softened;  // number of non-empty blocks with sums_anew, and with nodes_anew
+    int dirty;                // 1: at least one block is recomputed; 0: none
+    int deposited, smoothed;  // number of non-empty blocks with sums_dirty, and with nodes_dirty
 };
 
 // Errors of the last surface.
-struct Faults {
+struct SurfaceErrors {
     unsigned unusable, outside;  // particles skipped
-    unsigned crowded;            // a sum has overflowed
+    unsigned overflowed;         // a sum has overflowed
 };
 
 struct SurfaceView {
@@ -76,9 +76,9 @@ struct SurfaceView {
     bool whole;              // all blocks are recomputed
     int reach;               // distance over which densities and cases depend on a sum [nodes]
     float iso;
-    Grain first;               // of the first object, in most scenes the only one
-    Span<const Grain> grains;  // per object
-    const Layer* layers;       // per category
+    ObjectDeposit first;                        // of the first object, in most scenes the only one
+    Span<const ObjectDeposit> object_deposits;  // per object
+    const CategoryScale* scales;                // per category
 
     // categories * padded.node_count() each; 0 outside the active blocks
     unsigned* sums;
@@ -87,17 +87,17 @@ struct SurfaceView {
     unsigned* marks;
     // Final densities of the previous surface; null: the surface's motion is not needed.
     float* past;
-    int* past_known;  // 0: `past` is not valid
+    int* past_valid;  // 0: `past` is not valid
 
     unsigned* occupied;  // blocks: holds mass
-    unsigned* anew;      // layer_blocks(): bits of Anew
-    int* seen;           // value of Clay::substeps at the last surface; -1: no surface yet
+    unsigned* dirty;     // layer_blocks(): bits of Dirty
+    int* last_substep;   // value of Clay::substeps at the last surface; -1: no surface yet
     Progress* progress;
     int *list, *skin;  // room for `blocks` each: non-empty blocks; blocks with vertices or
                        // triangles
-    int* work;         // room for `blocks`: the Progress::softened blocks of `list` with nodes_anew
-    int* active;       // 3 numbers: entries of `list`, of `skin`, and of the last surface's `list`;
-                       // entries are unordered
+    int* work;    // room for `blocks`: the Progress::smoothed blocks of `list` with nodes_dirty
+    int* active;  // 3 numbers: entries of `list`, of `skin`, and of the last surface's `list`;
+                  // entries are unordered
     unsigned long long *counts, *before;  // blocks + 1 each: vertices + (triangles << 32) per
                                           // block, and their prefix sums
 
@@ -109,7 +109,7 @@ struct SurfaceView {
     int *next, *last;    // max_ring rows of vertex_room: the other two vertices of each of these
                          // triangles
     DrawCommand* draws;  // per category
-    Faults* faults;
+    SurfaceErrors* errors;
 
     HD std::size_t at_ring(int v, int k) const  // the k-th triangle around vertex v
     {
@@ -125,11 +125,11 @@ struct SurfaceView {
 };
 
 // Whether the mesh is unchanged.
-HD bool idle(const SurfaceView& d) { return !d.whole && d.progress->anew == 0; }
-// The Anew bits of a block, numbered over all categories.
-HD unsigned anew_of(const SurfaceView& d, int block)
+HD bool unchanged(const SurfaceView& d) { return !d.whole && d.progress->dirty == 0; }
+// The Dirty bits of a block, numbered over all categories.
+HD unsigned dirty_of(const SurfaceView& d, int block)
 {
-    return d.whole ? unsigned(all_anew) : d.anew[block];
+    return d.whole ? unsigned(all_dirty) : d.dirty[block];
 }
 
 struct Amounts {
@@ -153,9 +153,9 @@ struct ScanSpace {
 std::size_t scan_scratch_bytes(int blocks);
 
 // Selects the blocks to recompute, unless all are.
-void renew(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
+void mark_dirty(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
 // Saves the densities of the last surface to view.past.
-void remember(const SurfaceView& view, int processors, cudaStream_t stream);
+void save_densities(const SurfaceView& view, int processors, cudaStream_t stream);
 // Clears the blocks of the last surface.
 void clear(const SurfaceView& view, int processors, cudaStream_t stream);
 // Deposits the particles.
@@ -164,7 +164,7 @@ void deposit(const SurfaceView& view, const Clay& clay, cudaStream_t stream);
 void list(const SurfaceView& view, cudaStream_t stream);
 // The round-th pair of binomial passes: from the sums, or from the round before.
 constexpr int passes_a_round = 2;
-void soften(const SurfaceView& view, int round, int processors, cudaStream_t stream);
+void smooth_density(const SurfaceView& view, int round, int processors, cudaStream_t stream);
 // Marks each node with its crossed edges and the case of its cell; counts vertices and triangles
 // per block.
 void count(const SurfaceView& view, int processors, cudaStream_t stream);

@@ -23,9 +23,9 @@ constexpr double max_strata = 1e9;          // along an axis: indices are int
 void check(const FillOptions& options)
 {
     if (!(options.cell > 0) || !std::isfinite(options.cell) || !(options.per_cell >= 1) ||
-        !(options.per_cell <= 1000) || !(options.interior_spacing >= 0) || !(options.bury >= 0) ||
-        options.solid.max_cells < 8 || options.solid.max_cells > 320 ||
-        options.solid.directions < 6)
+        !(options.per_cell <= 1000) || !(options.interior_spacing >= 0) ||
+        !(options.min_depth_in_half_axes >= 0) || options.solid.max_cells < 8 ||
+        options.solid.max_cells > 320 || options.solid.directions < 6)
         throw std::invalid_argument("fill: an option is out of range");
 }
 
@@ -229,8 +229,8 @@ FilledObject fill(const SplatCloud& cloud, const CleanCloud& clean_cloud,
     const std::vector<float> depth = depths(solid);
     const Interior interior =
         interior_splats(solid, depth,
-                        {options.interior_spacing > 0 ? options.interior_spacing : h, options.bury,
-                         options.max_interior, options.seed});
+                        {options.interior_spacing > 0 ? options.interior_spacing : h,
+                         options.min_depth_in_half_axes, options.max_interior, options.seed});
     report.interior_spacing = interior.spacing;
     add_interior(interior, solid, inner_colours(cloud, kept, solid, depth), out.splats);
     return out;

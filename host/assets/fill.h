@@ -12,9 +12,9 @@ struct FillOptions {
     unsigned seed = 1;
     CleanOptions clean;
     SolidOptions solid;
-    double interior_spacing = 0;        // [m]; 0: the particle spacing
-    double bury = 2.5;                  // minimum depth of an interior splat, in its half axes
-    std::size_t max_interior = 200000;  // splats
+    double interior_spacing = 0;          // [m]; 0: the particle spacing
+    double min_depth_in_half_axes = 2.5;  // minimum depth of an interior splat, in its half axes
+    std::size_t max_interior = 200000;    // splats
     std::size_t max_bytes = std::size_t(4) << 30;
 };
 

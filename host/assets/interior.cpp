@@ -247,7 +247,8 @@ Interior at_spacing(const Solid& solid, const std::vector<float>& depth,
     Interior all{{}, {}, spacing};
     const auto deep = [&](Vec3<double> x, double edge) {
         return sampled(solid.grid, depth, x) >=
-               options.bury * interior_half_axis * edge + uncertain * solid.grid.h;
+               options.min_depth_in_half_axes * interior_half_axis * edge +
+                   uncertain * solid.grid.h;
     };
     const auto centre = [&](Int3 cell, double edge) {
         return solid.grid.origin + edge * Vec3<double>{cell.x + 0.5, cell.y + 0.5, cell.z + 0.5};

@@ -20,7 +20,7 @@ std::vector<Vec3<float>> inner_colours(const SplatCloud& cloud,
 
 struct InteriorOptions {
     double spacing = 0;  // spacing of the finer of two lattices of splats [m], above 0
-    double bury = 2.5;   // minimum depth of a centre, in half axes
+    double min_depth_in_half_axes = 2.5;  // minimum depth of a centre, in half axes
     std::size_t max_count = 200000;
     unsigned seed = 1;
 };

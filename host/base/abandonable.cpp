@@ -20,13 +20,13 @@ std::chrono::duration<double> time_of(double seconds)
 
 }  // namespace
 
-CallGate::Outside::Outside(CallGate& of, bool watched) : gate(of)
+CallGate::Unlocked::Unlocked(CallGate& of, bool watched) : gate(of)
 {
     if (watched) gate.since = wall_seconds();
     gate.lock.unlock();
 }
 
-CallGate::Outside::~Outside()
+CallGate::Unlocked::~Unlocked()
 {
     gate.since = 0;
     gate.lock.lock();

@@ -9,8 +9,8 @@
 namespace knead {
 
 // Guards the state of a worker thread that makes such calls. The worker holds the gate except
-// during outside(); another thread can enter() while a call is in progress and use that state. A
-// worker whose call returns waits until the other thread leaves the gate.
+// during call_unlocked(); another thread can enter() while a call is in progress and use that
+// state. A worker whose call returns waits until the other thread leaves the gate.
 class CallGate {
   public:
     CallGate() = default;
@@ -22,9 +22,9 @@ class CallGate {
 
     // On the worker: makes a call that may never return. `watched`: include it in blocked().
     template <class Call>
-    decltype(auto) outside(bool watched, const Call& call)
+    decltype(auto) call_unlocked(bool watched, const Call& call)
     {
-        const Outside made(*this, watched);
+        const Unlocked made(*this, watched);
         return call();
     }
     // Duration of the watched call in progress [s]; 0: none. Thread-safe.
@@ -35,11 +35,11 @@ class CallGate {
     void leave() { lock.unlock(); }
 
   private:
-    class Outside {
+    class Unlocked {
       public:
-        Outside(CallGate& gate, bool watched);
-        ~Outside();
-        Outside(const Outside&) = delete;
+        Unlocked(CallGate& gate, bool watched);
+        ~Unlocked();
+        Unlocked(const Unlocked&) = delete;
 
       private:
         CallGate& gate;

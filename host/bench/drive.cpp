@@ -138,7 +138,7 @@ void drive(const Scene& scene, Simulator& solver, const HandSource* hands, int f
            const std::function<bool(const FrameResult&)>& after)
 {
     SessionLoopOptions options = loop_options(scene);
-    options.first = first;
+    options.first_frame = first;
     options.frames = std::max(0, frames_wanted(scene, hands, 0) - first);
     SessionLoop loop(solver, recorded_motion(hands, scene.hands), options);
     loop.observe([&](const FrameResult& f) {

@@ -131,7 +131,8 @@ Ours ours(const Bench& bench, const Setup& setup, const PeerOptions& peers)
 {
     const std::unique_ptr<Simulator> solver = make_solver(setup, bench.device);
     SessionLoopOptions options;
-    options.duration = peer_frame, options.rate = 1 / peer_frame, options.frames = peers.frames;
+    options.duration = peer_frame, options.hand_rate = 1 / peer_frame,
+    options.frames = peers.frames;
     options.interrupted = [&] { return bench.stopped(); };
     SessionLoop loop(*solver, upright, options);
     std::vector<double> times;

@@ -12,7 +12,7 @@ QueuedFrames queued(const Scene& scene, Device device, const HandSource* hands, 
     constexpr int warm_up = 4;
     const std::unique_ptr<Simulator> solver = make_solver(scene.setup, device);
     SessionLoopOptions options = loop_options(scene);
-    options.first = first;
+    options.first_frame = first;
     options.frames = std::min(frames + warm_up, frames_wanted(scene, hands, 0) - first);
     QueuedFrames all;
     if (options.frames <= warm_up + 1) return all;

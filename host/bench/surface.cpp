@@ -120,7 +120,7 @@ KeptTimes kept_surface_times(const Scene& scene, Device device, int warm_up, int
               time(*whole, times.whole);
               if (f.number % 2) time(*kept, times.kept);
               const SurfaceWork work = kept->work();
-              times.anew += double(work.softened) / double(work.blocks) / frames;
+              times.anew += double(work.smoothed) / double(work.blocks) / frames;
               return timed < frames;
           });
     times.bytes = kept->memory();

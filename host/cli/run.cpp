@@ -241,7 +241,7 @@ void Session::watch(RunObserver& watch, Progress& progress, const Simulator& sol
         }
         progress.show(row.frame);
     };
-    watch.part = [&](int number, const FrameProgress& part) {
+    watch.on_progress = [&](int number, const FrameProgress& part) {
         progress.show(number - 1, part.reached / part.duration);
     };
     watch.meshes = [&](int number, const std::vector<Mesh>& all) {
@@ -285,7 +285,7 @@ void Session::write(const RunRecord& record, const Simulator& solver)
 {
     const bool files = !o.out.empty();
     splats->refresh();
-    const bool failed = record.end == End::numbers || record.end == End::device;
+    const bool failed = record.end == End::numerical_failure || record.end == End::device;
     if (files && o.mesh != "none" && record.meshes && !record.meshes->empty())
         attempt("mesh." + o.mesh, [&](const std::string& to) { write_mesh(to, *record.meshes); });
     if (files && (o.particles || failed))
@@ -316,13 +316,13 @@ void Session::write(const RunRecord& record, const Simulator& solver)
 
 int Session::code(const RunRecord& record) const
 {
-    if (!record.trouble.empty()) std::fprintf(stderr, "knead: %s\n", record.trouble.c_str());
+    if (!record.failure.empty()) std::fprintf(stderr, "knead: %s\n", record.failure.c_str());
     switch (record.end) {
         case End::interrupted:
             return 128 + interrupted();  // exit_interrupt, exit_terminate, exit_hangup
         case End::substeps:
             return exit_input;
-        case End::numbers:
+        case End::numerical_failure:
             return exit_numbers;
         case End::device:
             return exit_device;
@@ -382,7 +382,7 @@ int Session::run()
     if (scene.setup.rest.mode != RestMode::none)
         for (const std::string& spared : left_at_rest(record)) facts.left_out.push_back(spared);
     write(record, *solver);
-    const bool over = record.end == End::complete || record.end == End::numbers;
+    const bool over = record.end == End::complete || record.end == End::numerical_failure;
     if (over && !o.out.empty() && !output_refused) remove_files(o.out, {checkpoint_name});
     return code(record);
 }

@@ -35,7 +35,7 @@ void parse_size(const std::string& text, int& width, int& height)
 }
 
 // Runs until the window is closed. Returns its errors, so that the results are still written.
-std::exception_ptr live(ViewApp& desk, const ViewOptions& o)
+std::exception_ptr run_window(ViewApp& desk, const ViewOptions& o)
 {
     try {
         double before = wall_seconds();
@@ -95,7 +95,7 @@ int view_verb(const ViewOptions& o)
     desk.panels.model.open = !o.bare;
     if (const std::string way = desk.sharing(); !o.quiet && !way.empty())
         std::fprintf(stderr, "knead: %s\n", way.c_str());
-    const std::exception_ptr failure = live(desk, o);
+    const std::exception_ptr failure = run_window(desk, o);
     LiveResults results = desk.results();
     const bool written = write_results(outputs, results, report_of(o, desk, results));
     if (failure) std::rethrow_exception(failure);

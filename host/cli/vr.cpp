@@ -61,14 +61,14 @@ HeadsetLoopOptions options_of(const VrOptions& o, Device device)
     options.frames = o.frames;
     options.panel = !o.no_panel;
     options.sound = !o.no_sound;
-    options.least_scale = o.eye_scale;
+    options.min_scale = o.eye_scale;
     options.foveate = o.foveate;
     options.samples = o.samples;
     options.notify = [quiet = o.quiet](const std::string& text) {
         QuietStderr::lift();
         if (!quiet) std::fprintf(stderr, "knead: %s\n", text.c_str());
     };
-    options.stop = [] { return interrupted() != 0; };
+    options.should_stop = [] { return interrupted() != 0; };
     return options;
 }
 
@@ -90,12 +90,12 @@ Json report_of(const VrOptions& o, const HeadsetEnd& end, const LiveResults& res
     of["display"]["rate_hz"] = end.rate;
     of["length_s"] = end.length;
     of["drawn"] = end.drawn;
-    of["renewals"] = end.renewals;
+    of["renewals"] = end.sessions_recreated;
     of["shared"] = end.shared;
-    of["gl_errors"] = end.gl_errors, of["stray_gl_errors"] = end.stray;
+    of["gl_errors"] = end.gl_errors, of["stray_gl_errors"] = end.runtime_gl_errors;
     of["reason"] = end.reason;
     add_simulation(of, results, o.deterministic);
-    of["simulation"]["behind_s"] = end.state->backlog.behind + end.left_out;
+    of["simulation"]["behind_s"] = end.state->backlog.missing_time + end.left_out;
     return of;
 }
 
@@ -148,7 +148,7 @@ int vr_verb(const VrOptions& given)
         std::fprintf(stderr, "knead: %s\n", end.reason.c_str());
         return exit_resource;
     }
-    if (!end.state->trouble.empty()) return exit_numbers;
+    if (!end.state->failure.empty()) return exit_numbers;
     if (interrupted() != 0) return 128 + interrupted();
     return written ? exit_ok : exit_output;
 }

@@ -35,12 +35,12 @@ ViewApp::ViewApp(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveSce
       record([this](const std::string& text) { panels.model.note(text); }),
       session(std::move(scene), live_options()),
       state(session.state()),
-      drawn_by(window->renderer()),
+      gl_renderer(window->renderer()),
       paused(options.paused)
 {
     for (const char* name : posture_names) panels.model.postures.push_back(name);
     clock.run(!paused);
-    session.settle();
+    session.wait_for_commands();
     state = session.state();
     follow_history();
 }
@@ -48,16 +48,16 @@ ViewApp::ViewApp(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveSce
 LiveOptions ViewApp::live_options()
 {
     LiveOptions live;
-    live.make = [device = options.device](const Setup& setup) {
+    live.make_solver = [device = options.device](const Setup& setup) {
         return make_solver(setup, device);
     };
-    live.stepped = live.from_zero = options.scripted;
+    live.stepped = live.restarts_time = options.scripted;
     live.paused = options.paused;
     live.memory = options.memory;
     live.on_device =
         options.device.kind == DeviceKind::cuda && painter->sharing(options.device.index).shared;
     live.clock = [this] { return clock.now(); };
-    live.acted = [this](const HandAction& done) { record.act(done); };
+    live.on_action = [this](const HandAction& done) { record.act(done); };
     live.published = [] { Window::wake(); };
     return live;
 }
@@ -67,23 +67,23 @@ void ViewApp::frame(double passed, const std::string& screenshot)
     if (!screenshot.empty()) wanted.push_back(screenshot);
     if (options.scripted) passed = 1 / session.state()->scene->scene.frame_rate;
     window_time += passed;
-    const bool happened = listen();
+    const bool happened = process_input();
     state = session.state();
     panels.follow(*state);
     panels.model.paused = paused;
     panels.model.pass(passed);
     follow_history();
-    look_whether_seen();
+    update_visibility();
     if (pending.any() && window_time > pending.until) answer(false);
     if (must_draw(happened)) {
-        tell_facts();
+        update_facts();
         apply(window->panels(panels.model, input, passed));
         if (!window->keys_taken()) take_keys();
         if (!window->mouse_taken())
             take_mouse(passed);
         else
             pointer.pressed = false;
-        if (panels.model.hand != hand_led) lead_hand(panels.model.hand);
+        if (panels.model.hand != hand_controlled) control_hand(panels.model.hand);
         simulate();
         draw();
         ++frames, settling = std::max(0, settling - 1);
@@ -94,34 +94,35 @@ void ViewApp::frame(double passed, const std::string& screenshot)
     input.begin_frame();
 }
 
-// Waits for events up to patience(), then processes them and those of the script. Returns whether
-// there were any.
-bool ViewApp::listen()
+// Waits for events up to event_timeout(), then processes them and those of the script. Returns
+// whether there were any.
+bool ViewApp::process_input()
 {
     bool happened = false;
-    for (const InputEvent& event : window->poll(patience())) input.take(event), happened = true;
+    for (const InputEvent& event : window->poll(event_timeout()))
+        input.take(event), happened = true;
     began = wall_seconds();
     for (const InputEvent& event : script.due(window_time)) {
         if (event.kind == InputEvent::screenshot) wanted.push_back(event.file);
-        if (event.kind == InputEvent::lose) reopen();
+        if (event.kind == InputEvent::lose) recreate_context();
         input.take(event), happened = true;
     }
-    if (window->lost()) reopen();
+    if (window->lost()) recreate_context();
     if (window->damaged()) happened = true, still.forget();
     return happened;
 }
 
 // Time to wait for events [s]. While the simulation runs, at most 1/120 s: the hand must be pushed
 // even if the mouse does not move, and displays without vertical sync are not drawn more often.
-double ViewApp::patience() const
+double ViewApp::event_timeout() const
 {
     constexpr double asleep = 0.1, often = 1.0 / 120;
     if (options.scripted || options.every_frame || !wanted.empty()) return 0;
     if (hidden) return asleep;
-    const bool lives = !paused && state->trouble.empty();
+    const bool lives = !paused && state->failure.empty();
     const bool busy = lives || video || settling > 0 || window_time < awake_until;
     if (busy) return std::max(0.0, often - (wall_seconds() - began));
-    return still.whole() ? asleep : StillPicture::rest / 4;
+    return still.full_resolution() ? asleep : StillPicture::rest / 4;
 }
 
 bool ViewApp::must_draw(bool happened)
@@ -132,7 +133,7 @@ bool ViewApp::must_draw(bool happened)
     if (hidden) return !wanted.empty();
     if (happened) awake_until = window_time + moving;
     const PanelModel& m = panels.model;
-    const std::string text = m.trouble + '\n' + m.notice + '\n' + m.question;
+    const std::string text = m.failure + '\n' + m.notice + '\n' + m.question;
     const bool other = state->version != drawn_version || text != drawn_text;
     if (happened || other) settling = 3;
     drawn_version = state->version, drawn_text = text;
@@ -143,7 +144,7 @@ bool ViewApp::must_draw(bool happened)
 }
 
 // Pauses the simulation while the window is minimised, as for a headset that is not worn.
-void ViewApp::look_whether_seen()
+void ViewApp::update_visibility()
 {
     if (options.scripted || options.every_frame) return;
     const bool seen = window->visible();
@@ -172,7 +173,7 @@ void ViewApp::follow_history()
     ticks = 0, replay = {};
     time = options.scripted ? 0 : clock.now();
     pushed = -1e30;
-    worked = false;
+    shaped = false;
     record.begin(*state->scene, time);
     if (!state->scene->scene.has_hands) session.set_hands(state->hands);
     if (state->scene.get() != shown) {
@@ -180,11 +181,11 @@ void ViewApp::follow_history()
         camera.look(cast<float>(shown->scene.eye), cast<float>(shown->scene.target));
         splats.reset();
     }
-    if (hand_led) lead_hand(true);
+    if (hand_controlled) control_hand(true);
 }
 
 // Recreates everything that belonged to a lost context. The session is not affected.
-void ViewApp::reopen()
+void ViewApp::recreate_context()
 {
     const double now = options.scripted ? window_time : wall_seconds();
     if (losses.too_many(now)) throw DeviceLost("the OpenGL context was lost too often");
@@ -198,18 +199,18 @@ void ViewApp::reopen()
     panels.model.note("The OpenGL context was lost and has been created again.");
 }
 
-void ViewApp::apply(PanelRequests asks)
+void ViewApp::apply(PanelRequests requests)
 {
-    if (asks.reset) discard({true, -1, 0});
-    if (asks.load) discard({false, *asks.load, 0});
-    if (asks.confirm) answer(*asks.confirm);
-    if (asks.pause) pause(*asks.pause);
-    if (asks.step) step();
-    if (asks.frame_camera) frame_camera();
-    if (asks.film) film();
-    if (asks.screenshot) wanted.push_back("");
-    if (asks.recorded && *asks.recorded) panels.model.hand = false;
-    if (panels.apply(asks, session, *state)) worked = true;
+    if (requests.reset) discard({true, -1, 0});
+    if (requests.load) discard({false, *requests.load, 0});
+    if (requests.confirm) answer(*requests.confirm);
+    if (requests.pause) pause(*requests.pause);
+    if (requests.step) step();
+    if (requests.fit_camera) fit_camera();
+    if (requests.film) film();
+    if (requests.screenshot) wanted.push_back("");
+    if (requests.recorded && *requests.recorded) panels.model.hand = false;
+    if (panels.apply(requests, session, *state)) shaped = true;
 }
 
 void ViewApp::take_keys()
@@ -222,7 +223,7 @@ void ViewApp::take_keys()
     if (input.pressed_alone('H')) m.hand = !m.hand;
     if (input.pressed_alone('P')) m.posture = (m.posture + 1) % posture_count;
     if (input.pressed_alone('V')) film();
-    if (input.pressed_alone(key_home)) frame_camera();
+    if (input.pressed_alone(key_home)) fit_camera();
     if (input.pressed_alone(key_f12)) wanted.push_back("");
     if (input.pressed_alone(key_escape)) pending.any() ? answer(false) : m.notice.clear();
     const double turn = 0.05;  // a frame [rad]
@@ -235,9 +236,9 @@ void ViewApp::step() { stepping = stepping || paused; }
 // Discards unshaped clay at once, shaped clay only when the command is repeated.
 void ViewApp::discard(Discard what)
 {
-    constexpr double patience = 8;  // [s]
+    constexpr double confirm_time = 8;  // [s]
     const bool again = what.reset == pending.reset && what.load == pending.load;
-    if (!worked || again) return do_discard(what);
+    if (!shaped || again) return do_discard(what);
     panels.model.answer = what.reset ? "Reset" : "Open";
     const std::string act =
         what.reset ? "Reset" : "Open \"" + panels.model.scenes.at(std::size_t(what.load)) + "\"";
@@ -245,7 +246,7 @@ void ViewApp::discard(Discard what)
                             "? The shaped clay will be lost. Repeat the command "
                             "to confirm.";
     pending = what;
-    pending.until = window_time + patience;
+    pending.until = window_time + confirm_time;
     panels.show_scene(*state);
 }
 
@@ -257,7 +258,7 @@ void ViewApp::do_discard(const Discard& what)
     else
         panels.load(what.load, session);
     // Before the first frame, so that recorded hands do not move the tools.
-    if (hand_led) session.play(false);
+    if (hand_controlled) session.play(false);
     answer(false);
 }
 
@@ -291,9 +292,9 @@ void ViewApp::take_mouse(double passed)
 }
 
 // Switches control of the tools to the mouse, or ends it.
-void ViewApp::lead_hand(bool on)
+void ViewApp::control_hand(bool on)
 {
-    hand_led = on;
+    hand_controlled = on;
     if (!on) return;
     pointer.reach = 0.75 * camera.distance();
     if (state->recorded) session.play(false);
@@ -308,7 +309,7 @@ void ViewApp::move_hand()
     pointer.advance(time);
     tracked = {};
     tracked.time = time;
-    if (!hand_led) return;
+    if (!hand_controlled) return;
     PointerHand posed_hand = pointer;
     for (int i = 0; i < 5; ++i) posed_hand.curl[i] = std::max(pointer.curl[i], m.curl[i]);
     Pointing p;
@@ -324,7 +325,7 @@ void ViewApp::move_hand()
 void ViewApp::simulate()
 {
     if (options.scripted) {
-        session.settle();  // completes a load or reset
+        session.wait_for_commands();  // completes a load or reset
         state = session.state();
         follow_history();
     }
@@ -340,7 +341,7 @@ void ViewApp::simulate()
         pushed = time;
         record_hands();
         session.push(tracked);
-        worked = worked || hand_led;
+        shaped = shaped || hand_controlled;
     }
     if (single) session.step();
     if (options.scripted && runs) session.advance_to(time);
@@ -381,16 +382,16 @@ std::string ViewApp::summary() const
     return fmt::format(
         "{} frames drawn by {}; {} simulated, {:.4g} s, {:.4g} s behind, {} cut short; {} "
         "particle-substeps put out of tools; {} OpenGL errors{}{}\n",
-        frames, drawn_by, last->frame.number, last->frame.simulated, last->backlog.behind,
+        frames, gl_renderer, last->frame.number, last->frame.simulated, last->backlog.missing_time,
         last->backlog.frames, touched, errors,
         last->splats ? fmt::format("; {} splats", last->splats->count()) : "",
-        last->trouble.empty() ? "" : "; the simulation ended: " + last->trouble);
+        last->failure.empty() ? "" : "; the simulation ended: " + last->failure);
 }
 
 LiveResults ViewApp::results()
 {
     session.pause(true);
-    session.settle();
+    session.wait_for_commands();
     LiveResults of;
     of.clay = session.digest();
     of.state = session.state();

@@ -49,9 +49,9 @@ class ViewApp {
     int drawn() const { return frames; }
     int gl_errors() const { return errors; }
     int contexts_lost() const { return losses.count(); }
-    const std::string& renderer() const { return drawn_by; }
+    const std::string& renderer() const { return gl_renderer; }
     bool output_refused() const { return refused; }
-    bool ended() const { return !session.state()->trouble.empty(); }  // by a fault
+    bool ended() const { return !session.state()->failure.empty(); }  // by a fault
     std::string summary() const;
     // How data of the CUDA device reaches the window; "" if there is no CUDA device.
     std::string sharing() const
@@ -72,15 +72,15 @@ class ViewApp {
     };
 
     LiveOptions live_options();
-    bool listen();
-    double patience() const;
+    bool process_input();
+    double event_timeout() const;
     bool must_draw(bool happened);
-    void look_whether_seen();
+    void update_visibility();
     void follow_history();
-    void apply(PanelRequests asks);
+    void apply(PanelRequests requests);
     void take_keys();
     void take_mouse(double passed);
-    void lead_hand(bool on);
+    void control_hand(bool on);
     void pause(bool on);
     void step();
     void discard(Discard what);
@@ -90,16 +90,16 @@ class ViewApp {
     void simulate();
     void record_hands();
     void draw();
-    PictureContent seen_now(const EyeView& view, const EyeLook& look) const;
+    PictureContent picture_content(const EyeView& view, const EyeLook& look) const;
     void paint(const EyeView& view, const EyeLook& look, const std::vector<HandLook>& hands);
     void follow_splats();
-    void draw_splats(const EyeView& view, bool whole);
-    void keep_picture(const std::string& file);
-    void keep_pictures();
+    void draw_splats(const EyeView& view, bool full_resolution);
+    void save_picture(const std::string& file);
+    void save_pictures();
     void film();
-    void frame_camera();
-    void reopen();
-    void tell_facts();
+    void fit_camera();
+    void recreate_context();
+    void update_facts();
 
     const ViewAppOptions options;
     std::unique_ptr<Window> window;
@@ -125,11 +125,11 @@ class ViewApp {
     std::vector<std::string> wanted;  // screenshots of this frame
     int frames = 0, errors = 0, film_width = 0, film_height = 0;
     ContextLosses losses;
-    std::string drawn_by;  // OpenGL's name of the renderer
-    bool hand_led = false, refused = false, paused = false;
+    std::string gl_renderer;  // OpenGL's name of the renderer
+    bool hand_controlled = false, refused = false, paused = false;
     bool hidden = false;     // the window is not visible: the session pauses
     bool stepping = false;   // compute one frame while paused
-    bool worked = false;     // the clay has been shaped since the last load or reset
+    bool shaped = false;     // the clay has been shaped since the last load or reset
     Discard pending;         // waits for confirmation
     double window_time = 0;  // never pauses [s]
     double time = 0;         // of the session's history; constant while paused [s]

@@ -71,7 +71,7 @@ void ViewPanels::follow(const LiveState& state)
 {
     model.paused = state.paused;
     model.recorded = state.recorded;
-    model.trouble = state.trouble;
+    model.failure = state.failure;
     const bool refused = state.refused != refused_ && !state.refusal.empty();
     refused_ = state.refused;
     if (!state.scene || state.history == history_) {
@@ -193,17 +193,18 @@ bool ViewPanels::set_material(bool preset, LiveSession& session)
     return true;
 }
 
-bool ViewPanels::apply(const PanelRequests& asks, LiveSession& session, const LiveState& state)
+bool ViewPanels::apply(const PanelRequests& requests, LiveSession& session, const LiveState& state)
 {
     bool other = false;
-    if (asks.recorded) session.play(*asks.recorded);
-    if (asks.gravity) other = set_gravity(*asks.gravity, session);
-    if (asks.tool) {
-        model.tool = *asks.tool;
+    if (requests.recorded) session.play(*requests.recorded);
+    if (requests.gravity) other = set_gravity(*requests.gravity, session);
+    if (requests.tool) {
+        model.tool = *requests.tool;
         model.posture = int(model.tool == 0 ? Posture::relaxed : Posture::fist);
         session.set_hands(hands(state));
     }
-    if (asks.preset || asks.material) other = set_material(asks.preset, session) || other;
+    if (requests.preset || requests.material)
+        other = set_material(requests.preset, session) || other;
     return other;
 }
 

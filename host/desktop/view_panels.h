@@ -34,7 +34,7 @@ class ViewPanels {
     void add_times(const LiveState& state, double raster, double gl, double show);
     // Passes requests of the panels to the session: tools, hands, gravity, materials. If a request
     // is refused, sets model.notice and resets its control. Returns whether clay was changed.
-    bool apply(const PanelRequests& asks, LiveSession& session, const LiveState& state);
+    bool apply(const PanelRequests& requests, LiveSession& session, const LiveState& state);
     void load(int scene, LiveSession& session);        // throws std::out_of_range
     void show_scene(const LiveState& state);           // selects the current scene in the list
     HandsOptions hands(const LiveState& state) const;  // with the chosen tool

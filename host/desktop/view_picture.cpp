@@ -30,7 +30,7 @@ std::string free_name(const std::string& end)
 
 }  // namespace
 
-void ViewApp::frame_camera()
+void ViewApp::fit_camera()
 {
     Box3<float> box = empty_box<float>();
     if (state->on_device && !state->on_device->empty()) box = state->on_device->box();
@@ -51,13 +51,13 @@ void ViewApp::follow_splats()
     splats_of = state->history, splat_version = state->splat_version;
 }
 
-void ViewApp::draw_splats(const EyeView& view, bool whole)
+void ViewApp::draw_splats(const EyeView& view, bool full_resolution)
 {
     raster_took = 0;
     follow_splats();
     const SplatMotion motion = splat_motion(*state);
     if (!splats || !motion.any()) return painter->set_splats(0, SplatLayer{});
-    splats->draw(*painter, {view}, motion, whole);
+    splats->draw(*painter, {view}, motion, full_resolution);
     raster_took = splats->seconds();
 }
 
@@ -78,14 +78,14 @@ void ViewApp::draw()
             look.highlight = objects[std::size_t(selected)].category;
     }
     // A translucent hand at the mouse until a tool is active.
-    if (hand_led && hands.empty())
+    if (hand_controlled && hands.empty())
         for (HandLook& ghost : tracked_looks(tracked, panels.hands(*state), 0.4f))
             hands.push_back(std::move(ghost));
-    still.update(seen_now(view, look), window_time);
+    still.update(picture_content(view, look), window_time);
     paint(view, look, std::move(hands));
 }
 
-PictureContent ViewApp::seen_now(const EyeView& view, const EyeLook& look) const
+PictureContent ViewApp::picture_content(const EyeView& view, const EyeLook& look) const
 {
     constexpr float unseen = 0.25f;  // largest invisible motion [pixels]
     PictureContent seen;
@@ -101,7 +101,7 @@ PictureContent ViewApp::seen_now(const EyeView& view, const EyeLook& look) const
     for (const LiveTool& tool : state->tools) any = any || tool.active;
     if (any)
         for (const Joint<double>& joint : state->frame.motion.to) add(cast<float>(joint.p));
-    else if (hand_led)
+    else if (hand_controlled)
         for (const Joint<float>& joint : tracked.hand[right].joints) add(joint.p);
     seen.within = unseen * camera.distance() * (view.up - view.down) / float(view.height);
     return seen;
@@ -112,7 +112,7 @@ void ViewApp::paint(const EyeView& view, const EyeLook& look, const std::vector<
 {
     const double begin = wall_seconds();
     const bool kept = !wanted.empty() || video, lives = !kept && !options.scripted;
-    const bool repeats = lives && still.whole(), rests = lives && still.due(window_time);
+    const bool repeats = lives && still.full_resolution(), rests = lives && still.due(window_time);
     raster_took = 0;
     if (repeats) {
         coarse->repeat();
@@ -120,11 +120,11 @@ void ViewApp::paint(const EyeView& view, const EyeLook& look, const std::vector<
         painter->set_hands(hands);
         draw_splats(view, kept || rests);
         coarse->paint(*painter, view, look, kept || rests ? 1 : pace.scale(), rests);
-        if (rests) still.drawn_whole(), settling = 2;  // a panel shows the resolution
+        if (rests) still.drawn_full(), settling = 2;  // a panel shows the resolution
     }
     window->draw_panels();
     const double drawn_at = wall_seconds();
-    keep_pictures();
+    save_pictures();
     errors += window->gl_errors();
     const double shown_at = wall_seconds();
     window->show();
@@ -133,9 +133,9 @@ void ViewApp::paint(const EyeView& view, const EyeLook& look, const std::vector<
     panels.add_times(*state, raster_took, picture_took, show_took);
 }
 
-void ViewApp::keep_pictures()
+void ViewApp::save_pictures()
 {
-    for (const std::string& file : std::exchange(wanted, {})) keep_picture(file);
+    for (const std::string& file : std::exchange(wanted, {})) save_picture(file);
     if (!video || window_time < filmed) return;
     if (window->width() == film_width && window->height() == film_height) {
         video->add(window->image());
@@ -145,7 +145,7 @@ void ViewApp::keep_pictures()
     }
 }
 
-void ViewApp::keep_picture(const std::string& file)
+void ViewApp::save_picture(const std::string& file)
 {
     try {
         const std::string name = file.empty() ? free_name(".png") : file;
@@ -185,16 +185,16 @@ void ViewApp::end()
     if (video) film();
 }
 
-void ViewApp::tell_facts()
+void ViewApp::update_facts()
 {
     std::vector<std::string>& facts = panels.model.facts;
     facts = {
-        state->solver, drawn_by,
+        state->solver, gl_renderer,
         fmt::format("frame {}, {:.2f} s simulated", state->frame.number, state->frame.simulated)};
-    if (state->backlog.behind > 0.05)
+    if (state->backlog.missing_time > 0.05)
         facts.push_back(fmt::format("too slow: {:.1f} s behind, {} frames cut short",
-                                    state->backlog.behind, state->backlog.frames));
-    if (pace.scale() < 0.99 && !still.whole())
+                                    state->backlog.missing_time, state->backlog.frames));
+    if (pace.scale() < 0.99 && !still.full_resolution())
         facts.push_back(
             fmt::format("picture at {:.0f} % resolution, to keep up", 100 * pace.scale()));
     if (splats && splats->scale() < 0.99)

@@ -34,18 +34,18 @@ class StillPicture {
     {
         if (painted_ && alike(last_, now)) return;
         last_ = std::move(now);
-        moved_ = time, whole_ = false, painted_ = true;
+        moved_ = time, full_resolution_ = false, painted_ = true;
     }
     // Whether to draw the full-resolution picture now.
-    bool due(double time) const { return !whole_ && time >= moved_ + rest; }
-    bool whole() const { return whole_; }
-    void drawn_whole() { whole_ = true; }
-    void forget() { painted_ = whole_ = false; }
+    bool due(double time) const { return !full_resolution_ && time >= moved_ + rest; }
+    bool full_resolution() const { return full_resolution_; }
+    void drawn_full() { full_resolution_ = true; }
+    void forget() { painted_ = full_resolution_ = false; }
 
   private:
     PictureContent last_;
     double moved_ = 0;
-    bool painted_ = false, whole_ = false;
+    bool painted_ = false, full_resolution_ = false;
 };
 
 }  // namespace knead

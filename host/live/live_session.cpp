@@ -47,10 +47,10 @@ LiveSession::LiveSession(std::shared_ptr<const LiveScene> of, LiveOptions by)
       epoch(wall_seconds()),
       scene(std::move(of)),
       paused(options.paused),
-      waiting(options.waits)
+      waiting(options.manual_start)
 {
     published.store(std::make_shared<const LiveState>());
-    thread = std::thread([this] { live(); });
+    thread = std::thread([this] { run_thread(); });
 }
 
 LiveSession::~LiveSession()
@@ -76,9 +76,9 @@ void LiveSession::post(Command command, bool at_once)
 {
     {
         const std::lock_guard lock(mutex);
-        if (at_once) ++hurry;
+        if (at_once) ++cut_requests;
         commands.push_back([this, command = std::move(command), at_once] {
-            if (at_once) --hurry;
+            if (at_once) --cut_requests;
             try {
                 command();
             } catch (...) {
@@ -90,14 +90,14 @@ void LiveSession::post(Command command, bool at_once)
     wake.notify_all();
 }
 
-void LiveSession::settle()
+void LiveSession::wait_for_commands()
 {
     std::unique_lock lock(mutex);
     const long ticket = posted;
     done.wait(lock, [&] { return finished >= ticket || quit; });
 }
 
-void LiveSession::live()
+void LiveSession::run_thread()
 {
     begin(scene);
     publish();
@@ -121,7 +121,7 @@ void LiveSession::live()
             lock.lock();
         }
     }
-    finished = posted;  // releases callers of settle()
+    finished = posted;  // releases callers of wait_for_commands()
     commands.clear();
     done.notify_all();
     lock.unlock();
@@ -131,7 +131,7 @@ void LiveSession::live()
 // Returns whether a frame is due; if not, waits at most 5 ms for one, or for a command.
 bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
 {
-    const bool going = run && trouble.empty();
+    const bool going = run && failure.empty();
     if (going && steps > 0) return true;
     if (!going || paused || waiting || options.stepped || stopped()) {
         wake.wait(lock, [&] { return quit || !commands.empty(); });
@@ -147,19 +147,19 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
 {
     run.reset();  // before the new one: two may not fit into memory
     scene = std::move(of);
-    trouble.clear();
+    failure.clear();
     backlog = dropped = 0;
     ++history;
-    if (options.from_zero) stepped_to = 0;
+    if (options.restarts_time) stepped_to = 0;
     if (!scene) return;
     try {
         run = std::make_unique<SimulationRun>(
             scene, options, options.stepped ? stepped_to : now(), [this] { return now(); },
-            [this] { return quit || hurry > 0 || stopping.cuts(stopped()); });
+            [this] { return quit || cut_requests > 0 || stopping.cuts(stopped()); });
         if (!waiting) run->rehearse();
         run->make_surface();
     } catch (...) {
-        trouble = reason_of(std::current_exception());
+        failure = reason_of(std::current_exception());
     }
     next = now();  // the time to create the solver is not backlog
 }
@@ -167,12 +167,12 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
 void LiveSession::rehearse()
 {
     post([this] {
-        if (!run || !trouble.empty()) return;
+        if (!run || !failure.empty()) return;
         try {
             run->rehearse();
             run->make_surface();
         } catch (...) {
-            trouble = reason_of(std::current_exception());
+            failure = reason_of(std::current_exception());
         }
     });
 }
@@ -193,9 +193,9 @@ void LiveSession::frame()
     if (single) --steps;
     const double began = now();
     try {
-        trouble = run->frame(single);
+        failure = run->frame(single);
     } catch (...) {
-        trouble = reason_of(std::current_exception());
+        failure = reason_of(std::current_exception());
     }
     if (!single && !options.stepped) schedule(now() - began);
 }
@@ -222,16 +222,16 @@ void LiveSession::publish()
     try {
         if (run) run->publish(*state);
     } catch (...) {
-        if (trouble.empty()) trouble = reason_of(std::current_exception());
+        if (failure.empty()) failure = reason_of(std::current_exception());
     }
     state->scene = scene;
     state->history = history;
     state->version = ++version;
     state->paused = paused;
     if (run)
-        state->backlog.behind =
+        state->backlog.missing_time =
             run->lost() + (backlog + dropped) / run->period() * run->simulated_period();
-    state->trouble = trouble;
+    state->failure = failure;
     state->refused = refused;
     state->refusal = refusal;
     published.store(std::move(state));
@@ -249,7 +249,7 @@ void LiveSession::pause(bool on)
     post([this, on] {
         paused = on;
         next = now();
-        if (on && run && trouble.empty()) run->make_surface();
+        if (on && run && failure.empty()) run->make_surface();
     });
 }
 
@@ -297,7 +297,7 @@ void LiveSession::edit_clay(Edit edit, bool reshapes)
 void LiveSession::record_action(HandAction action, ActionType act) const
 {
     action.act = act;
-    if (options.acted) options.acted(action);
+    if (options.on_action) options.on_action(action);
 }
 
 void LiveSession::set_hands(const HandsOptions& hands)
@@ -362,7 +362,7 @@ bool LiveSession::inspect_solver(const std::function<void(const Simulator&)>& in
         inspect(run->of());
         seen = true;
     });
-    settle();
+    wait_for_commands();
     return seen;
 }
 
@@ -384,7 +384,7 @@ void LiveSession::advance_to(double time)
     if (!options.stepped) throw std::logic_error("advance_to() of a session in real time");
     post([this, time] {
         constexpr double rounding = 1e-9;  // [s]
-        while (run && trouble.empty() && (!paused || steps > 0) && !quit && !stopped() &&
+        while (run && failure.empty() && (!paused || steps > 0) && !quit && !stopped() &&
                run->next_end() <= time + rounding) {
             frame();
             publish();
@@ -392,7 +392,7 @@ void LiveSession::advance_to(double time)
         if (run && paused) run->skip_to(time);
         stepped_to = std::max(stepped_to, time);
     });
-    settle();
+    wait_for_commands();
 }
 
 }  // namespace knead

@@ -45,28 +45,29 @@ std::vector<std::string> fitting_settings(const std::string& path,
 std::vector<int> splat_categories(const Scene& scene);
 
 struct LiveOptions {
-    std::function<std::unique_ptr<Simulator>(const Setup&)> make;  // creates the solver of a scene
+    std::function<std::unique_ptr<Simulator>(const Setup&)>
+        make_solver;  // creates the solver of a scene
     // True: time is set by advance_to(); frames are never cut, and equal hands give equal bits.
     // False: real time.
     bool stepped = false;
-    bool from_zero = false;  // stepped: the caller's time restarts at 0 on reset and load
+    bool restarts_time = false;  // stepped: the caller's time restarts at 0 on reset and load
     // Polled; return true to stop. No further frame begins, and the current one is cut between two
     // substeps if it has not ended 0.25 s later.
-    std::function<bool()> stop;
-    // The options up to `fastest` apply to real time only.
+    std::function<bool()> should_stop;
+    // The options up to `max_tool_speed` apply to real time only.
     std::function<double()> clock;  // [s], ascending; null: time since the session began
     double budget = 0;              // limit of a frame on the clock [s]; 0: the frame period
-    double fastest = 3;      // speed limit of a tool that follows its hand, in real metres per
-                             // second of simulated time [m/s]; 0: no limit
-    bool recorded = true;    // starts with the scene's recorded hands
-    bool paused = false;     // starts paused
-    bool waits = false;      // the first frame begins with start(), the warm-up with rehearse()
-    bool on_device = false;  // surfaces and Gaussians stay on the device that computed them
-    bool moving = false;     // states contain the motion of the surface
-    std::size_t memory = 0;  // limit for loading a scene [bytes]; 0: what is free
+    double max_tool_speed = 3;  // speed limit of a tool that follows its hand, in real metres per
+                                // second of simulated time [m/s]; 0: no limit
+    bool recorded = true;       // starts with the scene's recorded hands
+    bool paused = false;        // starts paused
+    bool manual_start = false;  // the first frame begins with start(), the warm-up with rehearse()
+    bool on_device = false;     // surfaces and Gaussians stay on the device that computed them
+    bool with_motion = false;   // states contain the motion of the surface
+    std::size_t memory = 0;     // limit for loading a scene [bytes]; 0: what is free
     // Called for every command other than hand input, on the thread that calls set_hands(),
     // set_gravity(), set_material() or move_clay().
-    std::function<void(const HandAction&)> acted;
+    std::function<void(const HandAction&)> on_action;
     // Called on the simulation's thread after each state that is published.
     std::function<void()> published;
 };
@@ -91,8 +92,8 @@ struct MotionStamp {
 
 // How far the simulation lags behind real time.
 struct Backlog {
-    long frames = 0;    // number of frames cut between two substeps
-    double behind = 0;  // simulated time missing so far [s]
+    long frames = 0;          // number of frames cut between two substeps
+    double missing_time = 0;  // simulated time missing so far [s]
 };
 
 // State after a frame, an edit or a command. Immutable.
@@ -106,14 +107,14 @@ struct LiveState {
     // The surface: at most one is set. Both null: none was computed.
     Meshes meshes;
     std::shared_ptr<const DeviceMesh> on_device;
-    long mesh_version = 0;     // incremented when the surface changes
-    MotionStamp mesh_instant;  // for LiveOptions::moving
-    SurfaceOptions surface;    // options it was computed with
+    long mesh_version = 0;   // incremented when the surface changes
+    MotionStamp mesh_stamp;  // for LiveOptions::with_motion
+    SurfaceOptions surface;  // options it was computed with
     // The moved Gaussians: at most one is set. Both null: the scene has none.
     std::shared_ptr<const std::vector<Gaussian<double>>> gaussians;
     std::shared_ptr<const DeviceGaussians> gaussians_on_device;
     std::shared_ptr<const std::vector<Gaussian<double>>> gaussians_before;  // null: unknown
-    MotionStamp gaussian_instant;
+    MotionStamp gaussian_stamp;
     // In the order of the Gaussians, then the frozen ones. Null: the scene has none.
     std::shared_ptr<const SplatCloud> splats;
     long splat_version = 0;  // incremented when splats are split, added, activated or frozen
@@ -124,7 +125,7 @@ struct LiveState {
     double recording_time = 0;  // of the scene's recorded hands, at the frame's end [s]
     Backlog backlog;
     std::string solver;   // its name
-    std::string trouble;  // why the simulation has ended; "": it has not
+    std::string failure;  // why the simulation has ended; "": it has not
     int refused = 0;      // number of commands refused so far
     std::string refusal;  // reason for the last of them
 };
@@ -142,7 +143,7 @@ class SimulationRun;
 
 // Grace period of a stop: the current frame is cut only if it has not ended after 0.25 s, because a
 // frame that was cut cannot be reproduced from a recording.
-class StopPatience {
+class StopGracePeriod {
   public:
     bool cuts(bool stopped)
     {
@@ -159,7 +160,7 @@ class StopPatience {
 class LiveSession {
   public:
     // Starts the thread and simulates `scene`, which may be null. Faults of the simulation are not
-    // thrown but reported in LiveState::trouble.
+    // thrown but reported in LiveState::failure.
     LiveSession(std::shared_ptr<const LiveScene> scene, LiveOptions options);
     ~LiveSession();  // cuts the current frame between two substeps
     LiveSession(const LiveSession&) = delete;
@@ -173,9 +174,9 @@ class LiveSession {
 
     // Warm-up: computes some frames and restores the state, so that graphs, memory and kernels
     // exist before the first frame. Real time only. Called automatically for each scene unless
-    // LiveOptions::waits.
+    // LiveOptions::manual_start.
     void rehearse();
-    // With LiveOptions::waits: begins the first frame.
+    // With LiveOptions::manual_start: begins the first frame.
     void start();
 
     // Commands are executed in order, between frames. reset() and load() cut the current frame.
@@ -200,7 +201,7 @@ class LiveSession {
     void edit(Edit edit) { edit_clay(std::move(edit), true); }
 
     // Blocks until all commands so far are executed.
-    void settle();
+    void wait_for_commands();
     // Calls `inspect` with the solver on the session's thread and returns after the call; false if
     // there is no solver.
     bool inspect_solver(const std::function<void(const Simulator&)>& inspect);
@@ -214,9 +215,9 @@ class LiveSession {
     void post(Command command, bool at_once = false);
     void record_action(HandAction action, ActionType act) const;
     void edit_clay(Edit edit, bool reshapes);
-    void live();
+    void run_thread();
     bool wait_for_work(std::unique_lock<std::mutex>& lock);
-    bool stopped() const { return options.stop && options.stop(); }
+    bool stopped() const { return options.should_stop && options.should_stop(); }
     void begin(std::shared_ptr<const LiveScene> scene);
     void begin_file(const std::string& path, const std::vector<std::string>& settings, int cells);
     void frame();
@@ -228,27 +229,27 @@ class LiveSession {
     const double epoch;  // of the steady clock [s]
     std::atomic<std::shared_ptr<const LiveState>> published;
 
-    std::mutex mutex;  // guards the members up to `hurry`
+    std::mutex mutex;  // guards the members up to `cut_requests`
     std::condition_variable wake, done;
     std::deque<Command> commands;
     long posted = 1, finished = 0;  // commands; the first is begin()
     std::deque<HandFrame> incoming;
     std::atomic<bool> quit = false;
-    std::atomic<int> hurry = 0;  // queued commands that cut the current frame
+    std::atomic<int> cut_requests = 0;  // queued commands that cut the current frame
 
     // Used by the simulation's thread only.
     std::shared_ptr<const LiveScene> scene;
     std::unique_ptr<SimulationRun> run;
     int history = 0, refused = 0;
     long version = 0;
-    std::string refusal, trouble;
+    std::string refusal, failure;
     bool paused = false, waiting = false;
     int steps = 0;          // frames still to compute while paused
     double stepped_to = 0;  // of a stepped session [s]
     double next = 0;        // when the next frame is due [s]
     // Clock time of overdue frames [s]: the session catches up with `backlog`, not with `dropped`.
     double backlog = 0, dropped = 0;
-    StopPatience stopping;
+    StopGracePeriod stopping;
     std::thread thread;
 };
 

@@ -16,18 +16,18 @@ namespace knead {
 
 SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOptions& by,
                              double start, std::function<double()> clock,
-                             const std::function<bool()>& stale)
+                             const std::function<bool()>& should_cut)
     : scene(std::move(of)),
       options(by),
       now(std::move(clock)),
-      solver(options.make(scene->scene.setup)),
+      solver(options.make_solver(scene->scene.setup)),
       editable(solver->editable()),
       splats(scene->scene, scene->splats),
       hands(scene->scene.hands),
       tools{scene->scene.setup.rig, scene->scene.setup.tools},
       stream(hands),
       recorded(options.recorded && scene->recording),
-      skew(start),
+      clock_offset(start),
       time(start),
       particles(scene->scene.setup.particles.size())
 {
@@ -37,12 +37,12 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
     if (splats.drawn().count() > 0) drawn = splats.picture();
     make_sources();
     SessionLoopOptions loop_by = loop_options(scene->scene);
-    loop_by.surface.moving = options.moving;
+    loop_by.surface.moving = options.with_motion;
     loop_by.most_substeps = scene->scene.most_substeps;
     loop_by.interrupted = [] { return false; };
     const double budget = options.stepped ? 0 : options.budget > 0 ? options.budget : period();
-    loop_by.should_cut = [this, stale, budget](const FrameProgress&) {
-        return stale() || (budget > 0 && now() - began > budget);
+    loop_by.should_cut = [this, should_cut, budget](const FrameProgress&) {
+        return should_cut() || (budget > 0 && now() - began > budget);
     };
     loop = std::make_unique<SessionLoop>(
         *solver, [this](double from, double to) { return motion(from, to); }, loop_by);
@@ -62,7 +62,7 @@ void SimulationRun::rehearse()
         particles = scene->scene.setup.particles.size();
     }
     meshed = -1;
-    mesh_instant = gaussian_instant = {};
+    mesh_stamp = gaussian_stamp = {};
     published = {};
 }
 
@@ -96,7 +96,7 @@ void SimulationRun::make_sources()
     stream = HandStream(hands);
     if (scene->recording) source = std::make_unique<HandSource>(*scene->recording, hands);
     replay = recorded_motion(source.get(), hands);
-    moved_on = false;
+    last_valid = false;
 }
 
 Motion SimulationRun::motion(double from, double to)
@@ -109,36 +109,36 @@ Motion SimulationRun::motion(double from, double to)
 Motion SimulationRun::pushed(double from, double to)
 {
     Motion m = no_motion();
-    const double until = options.stepped ? to + skew : now();
+    const double until = options.stepped ? to + clock_offset : now();
     float size[side_count], before[side_count];
     stream.sample(until, m.to.data(), size);
-    if (moved_on)
+    if (last_valid)
         m.from = last.to;
     else
-        stream.sample(options.stepped ? from + skew : until, m.from.data(), before);
+        stream.sample(options.stepped ? from + clock_offset : until, m.from.data(), before);
     for (Side side : tool_sides(hands))
         m.active.push_back(size[side] > 0), m.size.push_back(size[side]);
     m.stretch = stretches(hands, [&](Side side) { return stream.stretch(until, side); });
-    if (!options.stepped) keep_up(m);
+    if (!options.stepped) limit_tool_speed(m);
     stream.forget(until - 1);
     return m;
 }
 
 // If the simulation lags, hands move faster in simulated time than in real time. Active tools are
-// limited to LiveOptions::fastest; inactive tools follow their hand at once.
-void SimulationRun::keep_up(Motion& m) const
+// limited to LiveOptions::max_tool_speed; inactive tools follow their hand at once.
+void SimulationRun::limit_tool_speed(Motion& m) const
 {
     const std::vector<Side> sides = tool_sides(hands);
-    const double reach = options.fastest * hands.zoom * simulated_period();
+    const double reach = options.max_tool_speed * hands.zoom * simulated_period();
     for (std::size_t tool = 0; tool < sides.size(); ++tool) {
         const std::size_t first = std::size_t(int(sides[tool]) * joint_count);
-        const bool touched = moved_on && tool < last.active.size() && last.active[tool];
+        const bool touched = last_valid && tool < last.active.size() && last.active[tool];
         double far = 0;
         for (std::size_t j = first; j < first + joint_count; ++j) {
             if (!touched) m.from[j] = m.to[j];
             far = std::max(far, length(m.to[j].p - m.from[j].p));
         }
-        if (!(options.fastest > 0) || far <= reach) continue;
+        if (!(options.max_tool_speed > 0) || far <= reach) continue;
         for (std::size_t j = first; j < first + joint_count; ++j)
             m.to[j] = between(m.from[j], m.to[j], reach / far);
     }
@@ -147,12 +147,12 @@ void SimulationRun::keep_up(Motion& m) const
 void SimulationRun::after(const FrameResult& frame)
 {
     last = frame.motion;
-    moved_on = true;
-    time = options.stepped ? frame.hand_time + skew : now();
-    if (overrun(frame.stats, particles)) {
-        trouble = fmt::format("frame {}: {} particles had to be put back", frame.number,
+    last_valid = true;
+    time = options.stepped ? frame.hand_time + clock_offset : now();
+    if (state_invalid(frame.stats, particles)) {
+        failure = fmt::format("frame {}: {} particles had to be put back", frame.number,
                               frame.stats[Count::repaired]);
-        loop->stop(End::numbers);
+        loop->stop(End::numerical_failure);
     } else if (splats.changes() && editable) {
         keep_splats(frame);
     }
@@ -179,7 +179,7 @@ void SimulationRun::keep_splats(const FrameResult& frame)
     if (report.any()) splats_changed();
     if (options.stepped) return;
     if (report.cubes_activated == 0)  // freezing is not urgent
-        splats.begin_leaving(frame.number, frame.motion, *editable);
+        splats.begin_freezing(frame.number, frame.motion, *editable);
     begin_plan(frame.number);
 }
 
@@ -201,7 +201,7 @@ void SimulationRun::splats_changed()
 void SimulationRun::adopt_plan(PagingReport& report)
 {
     using namespace std::chrono_literals;
-    if (splats.leaving()) return;
+    if (splats.freezing()) return;
     if (!plan.valid() || plan.wait_for(0s) != std::future_status::ready) return;
     UpkeepPlan made = plan.get();
     if (edits == planned_edits) splats.adopt(std::move(made), report, *editable);
@@ -209,7 +209,7 @@ void SimulationRun::adopt_plan(PagingReport& report)
 
 void SimulationRun::begin_plan(int frame)
 {
-    if (plan.valid() || splats.leaving() || !splats.upkeep().due(frame)) return;
+    if (plan.valid() || splats.freezing() || !splats.upkeep().due(frame)) return;
     planned_edits = edits;
     plan = std::async(std::launch::async,
                       [of = editable, then = editable->snapshot(), task = splats.upkeep().task(),
@@ -220,7 +220,7 @@ std::string SimulationRun::frame(bool shown)
 {
     began = now();
     const bool going = loop->step();
-    if (!trouble.empty()) return trouble;
+    if (!failure.empty()) return failure;
     if (loop->failure()) std::rethrow_exception(loop->failure());
     if (!going || loop->end() != End::complete)
         return fmt::format("frame {}: not done after {} substeps (step.most_substeps)",
@@ -244,28 +244,31 @@ void SimulationRun::make_surface()
         const Meshes made = loop->meshes();
         if (made != meshes) meshes = made, ++mesh_version;
     }
-    mesh_instant = instant_after(mesh_instant);
-    if (mesh_version == before) mesh_instant.step = 0;  // unchanged: nothing to extrapolate
+    mesh_stamp = stamp_after(mesh_stamp);
+    if (mesh_version == before) mesh_stamp.step = 0;  // unchanged: nothing to extrapolate
     meshed = number;
     mesh_made = now();
     mesh_cost = mesh_made - start;
 }
 
 // In real time the tools of a frame have the hand positions at its beginning.
-MotionStamp SimulationRun::instant_after(const MotionStamp& before) const
+MotionStamp SimulationRun::stamp_after(const MotionStamp& before) const
 {
     const double at = options.stepped ? time : began;
     return {at, before.time > 0 ? at - before.time : 0};
 }
 
-double SimulationRun::next_end() const { return (loop->last().number + 1) * period() + skew; }
+double SimulationRun::next_end() const
+{
+    return (loop->last().number + 1) * period() + clock_offset;
+}
 
 void SimulationRun::skip_to(double to)
 {
-    const double ahead = to - loop->last().number * period();
-    if (ahead <= skew + 1e-9) return;  // sums of periods are rounded
-    skew = ahead;
-    moved_on = false;
+    const double offset = to - loop->last().number * period();
+    if (offset <= clock_offset + 1e-9) return;  // sums of periods are rounded
+    clock_offset = offset;
+    last_valid = false;
 }
 
 void SimulationRun::set_hands(const HandsOptions& by)
@@ -284,13 +287,13 @@ void SimulationRun::play(bool on)
     if (on && !source) throw std::invalid_argument("the scene has no recorded hands");
     recorded = on;
     replayed = loop->last().number * period();
-    moved_on = false;
+    last_valid = false;
 }
 
 void SimulationRun::edit(const Edit& change, bool reshapes)
 {
     std::exception_ptr refused;
-    if (editable && splats.end_leaving(*editable)) clay_changed(), splats_changed();
+    if (editable && splats.finish_freezing(*editable)) clay_changed(), splats_changed();
     ++edits;
     loop->edit([&](EditableSimulator& s) {
         try {
@@ -328,7 +331,7 @@ void SimulationRun::publish(LiveState& state)
     state.frame = loop->last();
     if (!solver->clay()) state.stages = stage_times(*solver);
     state.meshes = meshes, state.on_device = on_device;
-    state.mesh_version = mesh_version, state.mesh_instant = mesh_instant;
+    state.mesh_version = mesh_version, state.mesh_stamp = mesh_stamp;
     state.surface = loop->surface_options();
     if (drawn) publish_gaussians(state);
     state.splats = drawn;
@@ -353,7 +356,7 @@ void SimulationRun::publish_gaussians(LiveState& state)
     follow_gaussians();
     state.gaussians = published.host, state.gaussians_before = published.before;
     state.gaussians_on_device = published.device;
-    state.gaussian_instant = gaussian_instant;
+    state.gaussian_stamp = gaussian_stamp;
 }
 
 // A state between frames reuses the Gaussians of the previous state, unless they were edited.
@@ -369,7 +372,7 @@ void SimulationRun::follow_gaussians()
         published.device = gaussians.kept(*moved, same);
     else
         published.host = std::make_shared<const std::vector<Gaussian<double>>>(solver->gaussians());
-    gaussian_instant = instant_after(same ? gaussian_instant : MotionStamp{});
+    gaussian_stamp = stamp_after(same ? gaussian_stamp : MotionStamp{});
     published.frame = number, published.edits = edits, published.version = splat_version;
 }
 

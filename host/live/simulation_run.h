@@ -14,10 +14,10 @@ namespace knead {
 
 class SimulationRun {
   public:
-    // `began`: the session's time [s]. `stale`: called between substeps; true cuts the frame.
-    // Throws as LiveOptions::make.
+    // `began`: the session's time [s]. `should_cut`: called between substeps; true cuts the frame.
+    // Throws as LiveOptions::make_solver.
     SimulationRun(std::shared_ptr<const LiveScene> scene, const LiveOptions& options, double began,
-                  std::function<double()> now, const std::function<bool()>& stale);
+                  std::function<double()> now, const std::function<bool()>& should_cut);
     SimulationRun(const SimulationRun&) = delete;
 
     void push(const HandFrame& frame) { stream.push(frame); }
@@ -51,7 +51,7 @@ class SimulationRun {
   private:
     Motion motion(double from, double to);
     Motion pushed(double from, double to);
-    void keep_up(Motion& motion) const;
+    void limit_tool_speed(Motion& motion) const;
     void after(const FrameResult& frame);
     void keep_splats(const FrameResult& frame);
     void clay_changed();
@@ -62,7 +62,7 @@ class SimulationRun {
     void rehearse_frames(const Motion& away);
     void publish_gaussians(LiveState& state);
     void follow_gaussians();
-    MotionStamp instant_after(const MotionStamp& before) const;
+    MotionStamp stamp_after(const MotionStamp& before) const;
 
     const std::shared_ptr<const LiveScene> scene;
     const LiveOptions& options;
@@ -79,12 +79,12 @@ class SimulationRun {
     std::unique_ptr<HandSource> source;  // null: nothing was recorded
     MotionSource replay;                 // of `source`
     bool recorded;
-    double skew;            // session time minus loop time [s]
-    double replayed = 0;    // loop time at which the recording began, later by the time of cuts [s]
-    double time = 0;        // of the session, at the last frame's end [s]
-    double began = 0;       // of the current frame [s]
-    Motion last;            // of the last frame
-    bool moved_on = false;  // `last` is valid
+    double clock_offset;  // session time minus loop time [s]
+    double replayed = 0;  // loop time at which the recording began, later by the time of cuts [s]
+    double time = 0;      // of the session, at the last frame's end [s]
+    double began = 0;     // of the current frame [s]
+    Motion last;          // of the last frame
+    bool last_valid = false;  // `last` is valid
     std::size_t particles = 0;
     std::vector<Material<double>> materials;      // of the scene's objects, before softening
     long cut = 0;                                 // frames
@@ -93,7 +93,7 @@ class SimulationRun {
     std::shared_ptr<const DeviceMesh> on_device;  // or on the device
     int meshed = -1;                              // frame of the surface
     GaussianKeeper gaussians;
-    MotionStamp mesh_instant, gaussian_instant;
+    MotionStamp mesh_stamp, gaussian_stamp;
     struct {
         int frame = -1;
         long edits = -1, version = -1;
@@ -102,7 +102,7 @@ class SimulationRun {
     } published;  // Gaussians of the last state
     long mesh_version = 0;
     double mesh_cost = 0, mesh_made = -1e30;  // [s]
-    std::string trouble;
+    std::string failure;
     // Planned by a thread: splats to split and to add. Destroyed before the solver.
     long edits = 0, planned_edits = 0;  // edits made so far, and when the plan began
     std::future<UpkeepPlan> plan;

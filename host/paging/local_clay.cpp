@@ -33,31 +33,31 @@ LocalClay::LocalClay(const Scene& scene, int object, SplatCloud of, SplatUpkeep&
       reach(scene.setup.rest.reach + support_cells * dx),
       per_cell(scene.objects[std::size_t(object)].per_cell),
       seed(scene.seed),
-      moving(with),
+      carried(with),
       tiling{cube_cells * dx},
-      standing(tiling, dx)
+      frozen(tiling, dx)
 {
     state_.cloud = std::move(of);
     state_.active.assign(state_.cloud.count(), 0);
     state_.normal.assign(state_.cloud.count(), {0, 0, 0});
     state_.slot_of.assign(with.cloud().count(), -1);
     state_.objects = int(scene.setup.materials.size());
-    if (moving.cloud().count() == 0) moving.change().cloud.degree = state_.cloud.degree;
-    if (moving.cloud().degree != state_.cloud.degree)
+    if (carried.cloud().count() == 0) carried.change().cloud.degree = state_.cloud.degree;
+    if (carried.cloud().degree != state_.cloud.degree)
         throw std::invalid_argument(
             "local clay: moving and frozen splats have harmonics of different degree");
-    moving.expect(state_.cloud.count());
-    moving.refill_below(int(scene.setup.materials.size()));
-    for (std::size_t i = 0; i < state_.cloud.count(); ++i) put(std::uint32_t(i));
+    carried.raise_capacity(state_.cloud.count());
+    carried.refill_below(int(scene.setup.materials.size()));
+    for (std::size_t i = 0; i < state_.cloud.count(); ++i) index_splat(std::uint32_t(i));
 }
 
 bool LocalClay::between_walls(Vec3<double> x) const { return contains({walls.min, walls.max}, x); }
 
 // Only splats between the walls can be activated.
-void LocalClay::put(std::uint32_t i)
+void LocalClay::index_splat(std::uint32_t i)
 {
     const Vec3<double> x = cast<double>(state_.cloud.centre[i]);
-    if (between_walls(x)) standing.put(i, x);
+    if (between_walls(x)) frozen.put(i, x);
 }
 
 Boxes LocalClay::boxes_of(const Motion& motion) const
@@ -118,11 +118,12 @@ std::vector<LocalClay::Key> LocalClay::around(const std::vector<Key>& cubes) con
     return keys;
 }
 
-void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, EditableSimulator& solver)
+void LocalClay::activate(const std::vector<Key>& wanted, const Boxes& boxes,
+                         EditableSimulator& solver)
 {
     const std::vector<Key> near = around(wanted);
-    standing.fit_patches(near, state_.cloud, state_.normal, boxes);
-    const LocalSurface surface(standing.surface(near), depth, 2 * dx);
+    frozen.fit_patches(near, state_.cloud, state_.normal, boxes);
+    const LocalSurface surface(frozen.surface(near), depth, 2 * dx);
     // Clay may have moved in from neighbouring cubes: no particle is seeded near an existing one.
     Int3 low = Cubes::at(wanted.front()), high = low;
     for (const Key key : wanted) {
@@ -137,11 +138,11 @@ void LocalClay::take(const std::vector<Key>& wanted, const Boxes& boxes, Editabl
         solver.places(expanded({corner(low), corner(high + Int3{1, 1, 1})}, spacing));
     const Cells there(particles, 2 * spacing);
     add_clay(wanted, all_seeds(wanted, surface, there), solver);
-    take_splats(solver);
+    attach_splats(solver);
 }
 
 // Attaches the frozen splats of all active cubes to their clay.
-void LocalClay::take_splats(EditableSimulator& solver)
+void LocalClay::attach_splats(EditableSimulator& solver)
 {
     struct Part {
         const std::vector<std::uint32_t>& slots;
@@ -150,7 +151,7 @@ void LocalClay::take_splats(EditableSimulator& solver)
     };
     std::vector<Part> parts;
     for (const auto& [key, object] : state_.clay)
-        if (object >= 0) parts.push_back({standing.in(key), object});
+        if (object >= 0) parts.push_back({frozen.in(key), object});
     const int count = int(parts.size());
     parallel_for(count, LoopOptions{.chunk = 1}, [&](int k) {
         for (const std::uint32_t i : parts[std::size_t(k)].slots)
@@ -171,11 +172,11 @@ void LocalClay::take_splats(EditableSimulator& solver)
             edits.placed[at++] = {state_.cloud.centre[i], part.object};
         }
     });
-    CarriedSplats& carried = moving.change(all);
-    state_.slot_of.resize(carried.count(), -1);  // entries for splats split or added since the last
-                                                 // update
+    CarriedSplats& carried_splats = carried.change(all);
+    state_.slot_of.resize(carried_splats.count(), -1);  // entries for splats split or added since
+                                                        // the last update
     state_.slot_of.insert(state_.slot_of.end(), slots.begin(), slots.end());
-    append(carried, state_.cloud, slots);
+    append(carried_splats, state_.cloud, slots);
     solver.edit_gaussians(edits);
 }
 
@@ -188,7 +189,7 @@ void LocalClay::set_material(int object, const Material<double>& to, EditableSim
 }
 
 // Cubes that all hands have left.
-std::vector<LocalClay::Key> LocalClay::left_by(const Boxes& boxes) const
+std::vector<LocalClay::Key> LocalClay::cubes_to_freeze(const Boxes& boxes) const
 {
     std::vector<Key> left;
     const std::vector<Key> held = cubes_near(boxes, reach + slack_cells * dx);
@@ -199,12 +200,12 @@ std::vector<LocalClay::Key> LocalClay::left_by(const Boxes& boxes) const
 
 // Cubes to activate: those near hands that are inactive or being frozen. If there are any, the
 // distance is enlarged, so that the next frames activate none.
-std::vector<LocalClay::Key> LocalClay::wanted_for(const Boxes& boxes) const
+std::vector<LocalClay::Key> LocalClay::cubes_to_activate(const Boxes& boxes) const
 {
     const auto missing = [&](double beyond) {
         std::vector<Key> keys;
         for (const Key key : cubes_near(boxes, beyond))
-            if (!state_.clay.count(key) || leaves(key)) keys.push_back(key);
+            if (!state_.clay.count(key) || is_freezing(key)) keys.push_back(key);
         return keys;
     };
     if (missing(reach).empty()) return {};
@@ -215,8 +216,8 @@ LocalReport LocalClay::after(int frame, const Motion& motion, EditableSimulator&
 {
     std::size_t back = 0;
     if (frame % frames_apart == 0) {
-        back = begin_leaving(left_by(boxes_of(motion)), solver);
-        back += end_leaving(solver, true);
+        back = begin_freezing(cubes_to_freeze(boxes_of(motion)), solver);
+        back += finish_freezing(solver, true);
     }
     LocalReport report = follow(motion, solver);
     report.frozen += back;
@@ -226,20 +227,20 @@ LocalReport LocalClay::after(int frame, const Motion& motion, EditableSimulator&
 LocalReport LocalClay::follow(const Motion& motion, EditableSimulator& solver)
 {
     LocalReport report;
-    report.frozen = end_leaving(solver, false);
+    report.frozen = finish_freezing(solver, false);
     const Boxes boxes = boxes_of(motion);
-    const std::vector<Key> wanted = wanted_for(boxes);
+    const std::vector<Key> wanted = cubes_to_activate(boxes);
     if (!wanted.empty()) {
-        report.frozen += end_leaving(solver, true);
-        take(wanted, boxes, solver);
+        report.frozen += finish_freezing(solver, true);
+        activate(wanted, boxes, solver);
     }
     report.activated = wanted.size();
     for (const auto& [key, object] : state_.clay) report.cubes += object >= 0;
-    report.splats = moving.cloud().count();
+    report.splats = carried.cloud().count();
     return report;
 }
 
-Motion LocalClay::over_ground() const
+Motion LocalClay::motion_at_centre() const
 {
     const Vec3<double> middle = 0.5 * (walls.min + walls.max);
     Motion motion;
@@ -257,42 +258,43 @@ Motion LocalClay::over_ground() const
     return motion;
 }
 
-void LocalClay::begin_leaving(int frame, const Motion& motion, EditableSimulator& solver)
+void LocalClay::begin_freezing(int frame, const Motion& motion, EditableSimulator& solver)
 {
-    if (frame % frames_apart == 0 && !leaving()) begin_leaving(left_by(boxes_of(motion)), solver);
+    if (frame % frames_apart == 0 && !freezing())
+        begin_freezing(cubes_to_freeze(boxes_of(motion)), solver);
 }
 
 void LocalClay::set_state(LocalState state)
 {
     check(state);
-    if (leaving()) evicting.get();
+    if (freezing()) evicting.get();
     if (state.cloud.degree != state_.cloud.degree)
         throw std::invalid_argument("local clay: the state has harmonics of another degree");
     state_ = std::move(state);
-    standing.clear();
-    for (std::size_t i = 0; i < state_.cloud.count(); ++i) put(std::uint32_t(i));
+    frozen.clear();
+    for (std::size_t i = 0; i < state_.cloud.count(); ++i) index_splat(std::uint32_t(i));
 }
 
-void LocalClay::show(SplatCloud& all) const
+void LocalClay::write_all(SplatCloud& all) const
 {
-    settled();
-    const SplatCloud& move = moving.cloud();
-    std::vector<std::uint32_t> standing_still;
+    checked_state();
+    const SplatCloud& move = carried.cloud();
+    std::vector<std::uint32_t> frozen_slots;
     for (std::size_t i = 0; i < state_.cloud.count(); ++i)
-        if (!state_.active[i]) standing_still.push_back(std::uint32_t(i));
+        if (!state_.active[i]) frozen_slots.push_back(std::uint32_t(i));
     const std::size_t first = move.count();
     all.degree = state_.cloud.degree;
     all.antialiased = move.antialiased || state_.cloud.antialiased;
-    if (const std::size_t wanted = first + standing_still.size(); all.centre.capacity() < wanted)
+    if (const std::size_t wanted = first + frozen_slots.size(); all.centre.capacity() < wanted)
         reserve(all, wanted + wanted / 4);  // room for splitting
-    resize(all, first + standing_still.size());
+    resize(all, first + frozen_slots.size());
     const int count = int(all.count());
     parallel_for(count, [&](int k) {
         const auto i = std::size_t(k);
         if (i < first)
             set_splat(all, i, move, i);
         else
-            set_splat(all, i, state_.cloud, standing_still[i - first]);
+            set_splat(all, i, state_.cloud, frozen_slots[i - first]);
     });
 }
 

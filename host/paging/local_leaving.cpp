@@ -46,19 +46,19 @@ std::vector<T> picked(const std::vector<T>& all, const std::vector<std::uint32_t
 }  // namespace
 
 // Guards the data that the thread writes and may reallocate.
-const LocalState& LocalClay::settled() const
+const LocalState& LocalClay::checked_state() const
 {
-    if (leaving()) throw std::logic_error("cubes of clay are being frozen");
+    if (freezing()) throw std::logic_error("cubes of clay are being frozen");
     return state_;
 }
 
-bool LocalClay::leaves(Key cube) const
+bool LocalClay::is_freezing(Key cube) const
 {
-    return leaving() && std::binary_search(on_way_back.begin(), on_way_back.end(), cube);
+    return freezing() && std::binary_search(freezing_cubes.begin(), freezing_cubes.end(), cube);
 }
 
 // Returns the number of cubes that were empty and are frozen at once.
-std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, EditableSimulator& solver)
+std::size_t LocalClay::begin_freezing(std::vector<Key> cubes, EditableSimulator& solver)
 {
     std::vector<int> objects;
     for (const Key key : cubes)
@@ -67,39 +67,39 @@ std::size_t LocalClay::begin_leaving(std::vector<Key> cubes, EditableSimulator& 
         for (const Key key : cubes) state_.clay.erase(key);
         return cubes.size();
     }
-    on_way_back = std::move(cubes);
-    state_.slot_of.resize(moving.cloud().count(), -1);  // entries for splats split or added since
-                                                        // the last update
+    freezing_cubes = std::move(cubes);
+    state_.slot_of.resize(carried.cloud().count(), -1);  // entries for splats split or added since
+                                                         // the last update
     evicting = std::async(std::launch::async,
-                          [this, of = &solver, then = solver.snapshot(), all = moving.shared(),
+                          [this, of = &solver, then = solver.snapshot(), all = carried.shared(),
                            objects = std::move(objects)]() mutable {
                               SomeGaussians some = of->gaussians_of(*then, objects);
-                              return settle(*all, std::move(some), std::move(objects));
+                              return compute_frozen(*all, std::move(some), std::move(objects));
                           });
     return 0;
 }
 
 // Returns the number of cubes frozen: 0 if the thread is still running and `now` is false.
-std::size_t LocalClay::end_leaving(EditableSimulator& solver, bool now)
+std::size_t LocalClay::finish_freezing(EditableSimulator& solver, bool now)
 {
     using namespace std::chrono_literals;
-    if (!leaving() || (!now && evicting.wait_for(0s) != std::future_status::ready)) return 0;
+    if (!freezing() || (!now && evicting.wait_for(0s) != std::future_status::ready)) return 0;
     EvictResult made = evicting.get();
     solver.remove_each(made.objects);
-    moving.set_state(std::move(made.stay));
+    carried.set_state(std::move(made.stay));
     state_.slot_of = std::move(made.slot_of);
     for (const std::uint32_t slot : made.slots) state_.active[slot] = 0;
-    for (const Key key : on_way_back) state_.clay.erase(key);
-    return on_way_back.size();
+    for (const Key key : freezing_cubes) state_.clay.erase(key);
+    return freezing_cubes.size();
 }
 
-// Freezes the splats of `carried` whose Gaussians are in `back`, as deformed by them.
-LocalClay::EvictResult LocalClay::settle(const CarriedSplats& carried, SomeGaussians back,
-                                         std::vector<int> objects)
+// Freezes the splats of `carried_splats` whose Gaussians are in `back`, as deformed by them.
+LocalClay::EvictResult LocalClay::compute_frozen(const CarriedSplats& carried_splats,
+                                                 SomeGaussians back, std::vector<int> objects)
 {
     EvictResult made;
     made.objects = std::move(objects);
-    std::vector<char> goes(carried.count(), 0);
+    std::vector<char> goes(carried_splats.count(), 0);
     std::vector<std::uint32_t> changed, slots, kept;
     changed.reserve(back.indices.size()), slots.reserve(back.indices.size());
     made.slots.reserve(back.indices.size());
@@ -115,22 +115,22 @@ LocalClay::EvictResult LocalClay::settle(const CarriedSplats& carried, SomeGauss
     }
     back.gaussians.resize(changed.size());
     const std::size_t before = state_.cloud.count();
-    put_at(deformed(picked(carried.cloud, changed), back.gaussians), std::move(slots),
-           back.gaussians);
+    store_frozen(deformed(picked(carried_splats.cloud, changed), back.gaussians), std::move(slots),
+                 back.gaussians);
     for (std::size_t i = before; i < state_.cloud.count(); ++i)
         made.slots.push_back(std::uint32_t(i));
     kept.reserve(goes.size());
     for (std::size_t i = 0; i < goes.size(); ++i)
         if (!goes[i]) kept.push_back(std::uint32_t(i));
-    made.stay = {picked(carried.cloud, kept), picked(carried.extent, kept)};
+    made.stay = {picked(carried_splats.cloud, kept), picked(carried_splats.extent, kept)};
     made.slot_of = picked(state_.slot_of, kept);
     return made;
 }
 
 // Stores the splats in these slots. Splats that were split off or added get new slots, which are
-// active until end_leaving().
-void LocalClay::put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
-                       const std::vector<Gaussian<double>>& as)
+// active until finish_freezing().
+void LocalClay::store_frozen(const SplatCloud& now, std::vector<std::uint32_t> slots,
+                             const std::vector<Gaussian<double>>& as)
 {
     SplatCloud& cloud = state_.cloud;
     const std::size_t before = cloud.count();
@@ -147,21 +147,21 @@ void LocalClay::put_at(const SplatCloud& now, std::vector<std::uint32_t> slots,
         const Key key = tiling.key_of(from);
         const bool known = i < before;
         if (known && between_walls(from) == between_walls(to) && tiling.key_of(to) == key) {
-            if (touched != key) standing.touch(key);
+            if (touched != key) frozen.touch(key);
             touched = key;
             continue;
         }
         coming.push_back(i);
         if (known) going.push_back(i);
     }
-    standing.remove(going, cloud);
+    frozen.remove(going, cloud);
     const int count = int(slots.size());
     parallel_for(count, [&](int k) {
         const auto from = std::size_t(k), i = std::size_t(slots[from]);
         set_splat(cloud, i, now, from);
         if (i < before) state_.normal[i] = turned_normal(as[from].F, state_.normal[i]);
     });
-    for (const std::uint32_t i : coming) put(i);
+    for (const std::uint32_t i : coming) index_splat(i);
 }
 
 }  // namespace knead

@@ -12,12 +12,12 @@
 namespace knead {
 
 SceneSplats::SceneSplats(const Scene& given, const std::vector<SplatObject>& objects)
-    : scene(given), moving(given.upkeep, joined(objects))
+    : scene(given), carried(given.upkeep, joined(objects))
 {
     for (const SplatObject& of : objects)
         if (of.local)
-            around_hands =
-                std::make_unique<LocalClay>(scene, of.object, joined(objects, true), moving);
+            local_clay =
+                std::make_unique<LocalClay>(scene, of.object, joined(objects, true), carried);
     refresh();
     refresh();  // allocates both buffers before the first activation
 }
@@ -26,29 +26,29 @@ void SceneSplats::refresh()
 {
     if (!local()) return;
     // Reuse a buffer that has no readers left.
-    std::swap(shown, before);
-    if (!shown || shown.use_count() > 1) shown = std::make_shared<SplatCloud>();
+    std::swap(front, back);
+    if (!front || front.use_count() > 1) front = std::make_shared<SplatCloud>();
     std::atomic_thread_fence(std::memory_order_acquire);  // after the last reader's release
-    around_hands->show(*shown);
+    local_clay->write_all(*front);
 }
 
 std::shared_ptr<const SplatCloud> SceneSplats::picture() const
 {
-    if (local()) return shown;
-    const std::shared_ptr<const CarriedSplats> all = moving.shared();
+    if (local()) return front;
+    const std::shared_ptr<const CarriedSplats> all = carried.shared();
     return {all, &all->cloud};
 }
 
 void SceneSplats::set_state(const CarriedSplats& state, const LocalState& of_local)
 {
-    moving.set_state(state);
-    if (local()) around_hands->set_state(of_local);
+    carried.set_state(state);
+    if (local()) local_clay->set_state(of_local);
     refresh();
 }
 
 void SceneSplats::set_rig(const Rig& rig)
 {
-    if (local()) around_hands->set_rig(rig);
+    if (local()) local_clay->set_rig(rig);
 }
 
 void SceneSplats::set_material(int object, const Material<double>& material,
@@ -64,7 +64,7 @@ void SceneSplats::set_material(int object, const Material<double>& material,
     whole.mass = whole.density * whole.volume;
     whole.category = there[std::size_t(object)].category;
     solver.set_material(object, whole);
-    if (local()) around_hands->set_material(object, whole, solver);
+    if (local()) local_clay->set_material(object, whole, solver);
 }
 
 namespace {
@@ -85,40 +85,40 @@ void add(const LocalReport& now, PagingReport& report)
 PagingReport SceneSplats::after(int frame, const Motion& motion, EditableSimulator& solver)
 {
     PagingReport report;
-    add(moving.after(frame, solver), report);
-    if (local()) add(around_hands->after(frame, motion, solver), report);
+    add(carried.after(frame, solver), report);
+    if (local()) add(local_clay->after(frame, motion, solver), report);
     return report;
 }
 
 void SceneSplats::adopt(UpkeepPlan plan, PagingReport& report, EditableSimulator& solver)
 {
-    add(moving.adopt(std::move(plan), solver), report);
+    add(carried.adopt(std::move(plan), solver), report);
 }
 
 void SceneSplats::follow_hands(const Motion& motion, PagingReport& report,
                                EditableSimulator& solver)
 {
-    if (local()) add(around_hands->follow(motion, solver), report);
+    if (local()) add(local_clay->follow(motion, solver), report);
 }
 
 bool SceneSplats::rehearse(EditableSimulator& solver,
                            const std::function<void(const Motion& away)>& frames)
 {
     if (!local()) return false;
-    Motion motion = around_hands->over_ground();
+    Motion motion = local_clay->motion_at_centre();
     if (motion.to.empty()) return false;
-    around_hands->follow(motion, solver);
+    local_clay->follow(motion, solver);
     refresh();
     const Motion away = far_away(motion);
     frames(away);
-    around_hands->begin_leaving(0, away, solver);
-    around_hands->end_leaving(solver);
+    local_clay->begin_freezing(0, away, solver);
+    local_clay->finish_freezing(solver);
     return true;
 }
 
-void SceneSplats::begin_leaving(int frame, const Motion& motion, EditableSimulator& solver)
+void SceneSplats::begin_freezing(int frame, const Motion& motion, EditableSimulator& solver)
 {
-    if (local()) around_hands->begin_leaving(frame, motion, solver);
+    if (local()) local_clay->begin_freezing(frame, motion, solver);
 }
 
 }  // namespace knead

@@ -26,30 +26,30 @@ class SceneSplats {
     SceneSplats(const Scene& scene, const std::vector<SplatObject>& objects);
     SceneSplats(const SceneSplats&) = delete;
 
-    bool local() const { return around_hands != nullptr; }
-    bool changes() const { return moving.any() || local(); }  // from frame to frame
+    bool local() const { return local_clay != nullptr; }
+    bool changes() const { return carried.any() || local(); }  // from frame to frame
 
     // Call after frame `frame`, with the motion of its tools: splits and adds splats where needed,
     // activates and freezes cubes of local clay.
     PagingReport after(int frame, const Motion& motion, EditableSimulator& solver);
     // The same in parts, for callers that plan splats on a thread while frames run. First adopt()
-    // the result of a task of upkeep(), unless leaving(). Then activate cubes. Last, after
+    // the result of a task of upkeep(), unless freezing(). Then activate cubes. Last, after
     // refresh() and only in frames that have activated no cube, begin to freeze cubes: from then on
     // a thread owns the frozen splats.
     void follow_hands(const Motion& motion, PagingReport& report, EditableSimulator& solver);
-    void begin_leaving(int frame, const Motion& motion, EditableSimulator& solver);
+    void begin_freezing(int frame, const Motion& motion, EditableSimulator& solver);
     // Warm-up: activates cubes and freezes them again, so that memory, graphs and threads exist
     // when hands arrive. `frames` is called in between with a motion of hands that are far away,
     // and must leave the solver unchanged. Afterwards splats and clay are as before, but count as
     // edited: call refresh(). Returns false if there is no local clay.
     bool rehearse(EditableSimulator& solver, const std::function<void(const Motion& away)>& frames);
-    bool leaving() const { return local() && around_hands->leaving(); }
+    bool freezing() const { return local() && local_clay->freezing(); }
     // Waits for the cubes being frozen and removes them from the solver; true if there were any.
-    bool end_leaving(EditableSimulator& solver)
+    bool finish_freezing(EditableSimulator& solver)
     {
-        return leaving() && around_hands->end_leaving(solver);
+        return freezing() && local_clay->finish_freezing(solver);
     }
-    const SplatUpkeep& upkeep() const { return moving; }
+    const SplatUpkeep& upkeep() const { return carried; }
     void adopt(UpkeepPlan plan, PagingReport& report, EditableSimulator& solver);
     // Replaces the tools.
     void set_rig(const Rig& rig);
@@ -60,20 +60,20 @@ class SceneSplats {
 
     // All splats as of the last refresh(): in the order of the solver's Gaussians, then the frozen
     // ones.
-    const SplatCloud& drawn() const { return local() ? *shown : moving.cloud(); }
+    const SplatCloud& drawn() const { return local() ? *front : carried.cloud(); }
     std::shared_ptr<const SplatCloud> picture() const;  // drawn(), immutable while held
     void refresh();
 
     // For checkpoints. set_state() throws std::invalid_argument for an inconsistent state.
-    const CarriedSplats& state() const { return moving.state(); }
-    LocalState local_state() const { return local() ? around_hands->state() : LocalState{}; }
+    const CarriedSplats& state() const { return carried.state(); }
+    LocalState local_state() const { return local() ? local_clay->state() : LocalState{}; }
     void set_state(const CarriedSplats& state, const LocalState& of_local);
 
   private:
     const Scene& scene;
-    SplatUpkeep moving;
-    std::unique_ptr<LocalClay> around_hands;    // null: no object has a depth
-    std::shared_ptr<SplatCloud> shown, before;  // of a scene with local clay
+    SplatUpkeep carried;
+    std::unique_ptr<LocalClay> local_clay;    // null: no object has a depth
+    std::shared_ptr<SplatCloud> front, back;  // of a scene with local clay
 };
 
 }  // namespace knead

@@ -130,22 +130,23 @@ SplatFrame SplatDrawer::frame_of(const std::vector<EyeView>& views, const SplatM
     return frame;
 }
 
-SplatLayer SplatDrawer::layer(const EyeView& view, const SplatMotion& motion, bool whole,
+SplatLayer SplatDrawer::layer(const EyeView& view, const SplatMotion& motion, bool full_resolution,
                               HiddenTiles* hidden)
 {
-    scale_ = whole ? 1 : pace_.scale();
+    scale_ = full_resolution ? 1 : pace_.scale();
     SplatFrame frame = frame_of({view}, motion, hidden);
     if (motion.device) motion.device->fetch(frame);
     const double begin = wall_seconds();
     SplatLayer made =
         layer_of(gpu_ ? gpu_->pictures(frame).front() : cpu_raster(cloud_, frame).front());
     seconds_ = wall_seconds() - begin;
-    if (!whole) pace_.took(seconds_);
+    if (!full_resolution) pace_.took(seconds_);
     return made;
 }
 
 void SplatDrawer::draw(EyePainter& painter, const std::vector<EyeView>& views,
-                       const SplatMotion& motion, bool whole, std::array<HiddenTiles, 2>* hidden)
+                       const SplatMotion& motion, bool full_resolution,
+                       std::array<HiddenTiles, 2>* hidden)
 {
     const auto same_size = [&](const EyeView& v) {
         return v.width == views[0].width && v.height == views[0].height;
@@ -155,16 +156,16 @@ void SplatDrawer::draw(EyePainter& painter, const std::vector<EyeView>& views,
         // Nothing is copied to the host: starts at full resolution, reduced if it proves too slow.
         if (!shared_) pace_ = Pace(budget_ * double(views.size()), 0.125, 1);
         shared_ = true;
-        scale_ = whole ? 1 : pace_.scale();
+        scale_ = full_resolution ? 1 : pace_.scale();
         painter.set_splats(*gpu_, frame_of(views, motion, hidden ? hidden->data() : nullptr),
                            motion.device);
         seconds_ = painter.splat_seconds();
-        if (!whole && seconds_ > 0) pace_.took(seconds_);
+        if (!full_resolution && seconds_ > 0) pace_.took(seconds_);
         return;
     }
     for (std::size_t eye = 0; eye < views.size(); ++eye)
-        painter.set_splats(int(eye),
-                           layer(views[eye], motion, whole, hidden ? &hidden->at(eye) : nullptr));
+        painter.set_splats(int(eye), layer(views[eye], motion, full_resolution,
+                                           hidden ? &hidden->at(eye) : nullptr));
 }
 
 }  // namespace knead

@@ -45,12 +45,12 @@ class SplatDrawer {
     bool adopt();
 
     // `whole`: full resolution, regardless of the budget. `hidden`: tiles to skip; null: none.
-    SplatLayer layer(const EyeView& view, const SplatMotion& motion, bool whole = false,
+    SplatLayer layer(const EyeView& view, const SplatMotion& motion, bool full_resolution = false,
                      HiddenTiles* hidden = nullptr);
     // Draws the layers of eyes 0 and 1 of a painter, or of 0 alone, without a copy through the host
     // if CUDA and OpenGL share memory. `hidden`: per eye; null: none.
     void draw(EyePainter& painter, const std::vector<EyeView>& views, const SplatMotion& motion,
-              bool whole = false, std::array<HiddenTiles, 2>* hidden = nullptr);
+              bool full_resolution = false, std::array<HiddenTiles, 2>* hidden = nullptr);
 
     double scale() const { return scale_; }      // linear resolution of the last layer, 0 to 1
     double seconds() const { return seconds_; }  // time of the last layer [s]

@@ -47,7 +47,7 @@ Image with_splats(const Image& image, const std::vector<float>& depths, const Ca
     frame.eyes = {eye_of(camera)};
     frame.options.antialiased = cloud.antialiased;
     Backdrop behind;
-    const auto look = [&](std::size_t i) {
+    const auto copy_pixel = [&](std::size_t i) {
         const std::uint8_t* const rgb = image.rgb.data() + 3 * i;
         behind.colour[i] = (1 / 255.0f) * Vec3<float>{float(rgb[0]), float(rgb[1]), float(rgb[2])};
         behind.depth[i] = min(depths[i], 0.1f * no_depth);  // below no_depth: keeps floor
@@ -59,7 +59,7 @@ Image with_splats(const Image& image, const std::vector<float>& depths, const Ca
     };
     if (!resize_unless_stopped(behind.colour, depths.size(), frame) ||
         !resize_unless_stopped(behind.depth, depths.size(), frame) ||
-        !for_each_unless_stopped(depths.size(), frame, look) ||
+        !for_each_unless_stopped(depths.size(), frame, copy_pixel) ||
         !for_each_unless_stopped(gaussians.size(), frame, move))
         return {};
     frame.behind = {std::move(behind)};

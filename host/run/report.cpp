@@ -280,7 +280,7 @@ const char* end_name(End end)
             return "time limit";
         case End::substeps:
             return "substeps";
-        case End::numbers:
+        case End::numerical_failure:
             return "numerical failure";
         case End::device:
             break;
@@ -323,7 +323,7 @@ Json report(const Scene& scene, const RunRecord& record, const RunInfo& facts)
     const FrameStats stats = stats_of(record);
     Json knead = physics(scene, record, stats);
     knead["end"] = end_name(record.end);
-    if (!record.trouble.empty()) knead["trouble"] = record.trouble;
+    if (!record.failure.empty()) knead["trouble"] = record.failure;
     if (!record.rows.empty() && record.rows.back().stats.cut) {
         const FrameRow& last = record.rows.back();
         knead["cut"] = {{"frame", last.frame},

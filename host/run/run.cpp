@@ -67,20 +67,20 @@ class Run {
     // Stops the loop if the state is no longer sound.
     void check(const FrameResult& f)
     {
-        const bool bad = overrun(f.stats, record.particles);
+        const bool bad = state_invalid(f.stats, record.particles);
         if (bad)
-            record.trouble = fmt::format("frame {}: {} particles had to be put back", f.number,
+            record.failure = fmt::format("frame {}: {} particles had to be put back", f.number,
                                          f.stats[Count::repaired]);
         const bool due =
             is_last(f) || f.number == 1 || f.number % std::max(1, options.audit_every) == 0;
-        if (bad || (due && !look(record.rows.back()))) loop.stop(End::numbers);
+        if (bad || (due && !audit_row(record.rows.back()))) loop.stop(End::numerical_failure);
     }
 
     void make_surface(const FrameResult& f)
     {
         const bool wanted =
             shown(f) || due(f, options.meshes_every) || (is_last(f) && options.last_mesh);
-        if (wanted && loop.end() != End::numbers) mesh(record.rows.back());
+        if (wanted && loop.end() != End::numerical_failure) mesh(record.rows.back());
     }
     static bool due(const FrameResult& f, int every) { return every > 0 && f.number % every == 0; }
     bool shown(const FrameResult& f) const { return due(f, options.mesh_every); }
@@ -88,7 +88,7 @@ class Run {
     // Calls the consumers of meshes and particles in frames where they are due.
     void hand_out(const FrameResult& f, const RunObserver& watch)
     {
-        if (loop.end() == End::numbers || f.stats.cut) return;
+        if (loop.end() == End::numerical_failure || f.stats.cut) return;
         if (watch.meshes && due(f, options.meshes_every) && record.rows.back().meshed)
             watch.meshes(f.number, moved_out(scene, *loop.meshes()));
         if (watch.particles && due(f, options.particles_every))
@@ -99,7 +99,7 @@ class Run {
     bool may_go_on(const FrameResult& f) const
     {
         const End end = loop.end();
-        return f.number > 0 && !is_last(f) && !f.stats.cut && end != End::numbers &&
+        return f.number > 0 && !is_last(f) && !f.stats.cut && end != End::numerical_failure &&
                end != End::device;
     }
 
@@ -110,10 +110,10 @@ class Run {
         record.left = record.depths.summary();
         if (record.end == End::device) return;
         record.bytes = solver.memory();
-        if (record.rows.empty() || record.end == End::numbers) return;
+        if (record.rows.empty() || record.end == End::numerical_failure) return;
         FrameRow& last = record.rows.back();
-        if (!last.audited && !look(last)) {
-            record.end = End::numbers;
+        if (!last.audited && !audit_row(last)) {
+            record.end = End::numerical_failure;
             return;
         }
         if (options.last_mesh && !last.meshed) mesh(last);
@@ -137,7 +137,7 @@ class Run {
     bool is_last(const FrameResult& f) const { return f.number == record.frames_wanted; }
 
     // Audits the state; false if it holds non-finite numbers.
-    bool look(FrameRow& row)
+    bool audit_row(FrameRow& row)
     {
         const SharedParticles now = loop.particles();
         row.audited = true;
@@ -151,7 +151,7 @@ class Run {
         if (!inside.empty())
             row.between = depths_of(depths_between(scene.setup, loop.last().motion, *now));
         if (row.state.broken > 0) {
-            record.trouble =
+            record.failure =
                 fmt::format("frame {}: {} particles are not numbers", row.frame, row.state.broken);
             return false;
         }
@@ -161,7 +161,7 @@ class Run {
 
     void mesh(FrameRow& row)
     {
-        row.kept = loop.meshes_stand();
+        row.kept = loop.meshes_current();
         record.meshes = loop.meshes();
         row.surface_wall = loop.last().times.surface;
         row.meshed = true;
@@ -250,7 +250,7 @@ void move_out(const Scene& scene, RunRecord& record)
 }
 
 // Message of the device error that ended the loop; rethrows other exceptions.
-std::string trouble_of(const SessionLoop& loop)
+std::string failure_text(const SessionLoop& loop)
 {
     try {
         std::rethrow_exception(loop.failure());
@@ -277,8 +277,8 @@ RunRecord run_frames(const Scene& scene, Simulator& solver, const HandSource* ha
     by.frames = frames_wanted(scene, hands, options.frames);
     by.time_limit = options.time_limit;
     by.most_substeps = scene.most_substeps;
-    by.part = watch.part;
-    if (earlier) by.done = int(earlier->rows.size());
+    by.on_progress = watch.on_progress;
+    if (earlier) by.frames_before = int(earlier->rows.size());
     if (earlier)
         by.materials =
             solver.editable()->config().materials;  // including clay added since the start
@@ -291,7 +291,7 @@ RunRecord run_frames(const Scene& scene, Simulator& solver, const HandSource* ha
     loop.observe([&](const FrameResult& f) { run.add_row(f); });
     loop.observe([&](const FrameResult& f) { run.check(f); });
     loop.observe([&](const FrameResult& f) {
-        if (!watch.upkeep || f.stats.cut || loop.end() == End::numbers) return;
+        if (!watch.upkeep || f.stats.cut || loop.end() == End::numerical_failure) return;
         PagingReport& report = run.record.rows.back();
         report = watch.upkeep(f);
         if (report.clay_changed()) loop.clay_edited();
@@ -307,11 +307,11 @@ RunRecord run_frames(const Scene& scene, Simulator& solver, const HandSource* ha
     if (watch.checkpoint) loop.observe([&](const FrameResult& f) { keeper.after(f); });
     if (watch.edits) loop.observe([&](const FrameResult& f) { watch.edits(f.number, loop); });
     run.start();
-    if (watch.edits) watch.edits(by.done, loop);
+    if (watch.edits) watch.edits(by.frames_before, loop);
     loop.run();
-    if (loop.failure()) run.record.trouble = trouble_of(loop);
+    if (loop.failure()) run.record.failure = failure_text(loop);
     if (loop.end() == End::substeps)
-        run.record.trouble =
+        run.record.failure =
             fmt::format("frame {}: not done after {} substeps (step.most_substeps)",
                         loop.last().number, loop.last().stats.substeps);
     run.finish();

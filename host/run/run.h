@@ -54,7 +54,7 @@ struct RunRecord {
     double duration = 0;  // simulated per frame [s]
     double wall = 0;      // of the whole loop [s]
     End end = End::complete;
-    std::string trouble;        // message if it ended by a fault (numbers, device, substeps)
+    std::string failure;        // message if it ended by a fault (numbers, device, substeps)
     SharedParticles last_good;  // of the last audit without a fault
     Meshes meshes;              // the last ones; null: none
     // Pictures that failed since the run began or was resumed, and the reason for the first.
@@ -68,7 +68,7 @@ struct RunObserver {
     std::function<void(int number, SessionLoop&)> edits;
     MotionSource motion;  // of the tools; replaces that of the hands
     // Called between substeps with the progress of frame `number`.
-    std::function<void(int number, const FrameProgress&)> part;
+    std::function<void(int number, const FrameProgress&)> on_progress;
     // Called after each complete frame with a sound state, before it is drawn or saved. May edit
     // the solver's Gaussians, and add or remove clay; returns what it changed.
     std::function<PagingReport(const FrameResult&)> upkeep;
@@ -84,8 +84,8 @@ struct RunObserver {
     std::function<bool()> stop;  // called before each frame; true stops the run, as an interrupt
 };
 
-// Number of frames: `asked` if positive, else the scene's, else the duration of the hands, else one
-// second.
+// Number of frames: `requested` if positive, else the scene's, else the duration of the hands, else
+// one second.
 int frames_wanted(const Scene& scene, const HandSource* hands, int requested);
 
 // Runs the scene. Precondition: `solver` was made of scene.setup. `hands` may be null. `earlier`:

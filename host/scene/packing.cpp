@@ -175,7 +175,7 @@ void deposit_all(const StrataBox& box, const Points& places, const Values& share
 }
 
 // Smooths by passes of the surface's binomial kernel along every axis.
-void soften(const StrataBox& box, int passes, Values& values, Values& other)
+void smooth(const StrataBox& box, int passes, Values& values, Values& other)
 {
     for (int pass = 0; pass < passes; ++pass)
         for (const Size along : box.stride) {
@@ -183,7 +183,7 @@ void soften(const StrataBox& box, int passes, Values& values, Values& other)
             float* const to = other.data();
             box.each(1, [&](Int3 n) {
                 const Size i = box.at(n);
-                to[i] = softened<float>([&](int step) { return from[i + step * along]; });
+                to[i] = smoothed<float>([&](int step) { return from[i + step * along]; });
             });
             values.swap(other);
         }
@@ -216,9 +216,9 @@ void pack(const StrataBox& box, const Depth& depth, const Values& still, const V
     for (int k = 0; k < iterations; ++k) {
         density = still;
         deposit_all(box, places, {}, density);
-        soften(box, passes, density, other);
+        smooth(box, passes, density, other);
         for (std::size_t i = 0; i < density.size(); ++i) density[i] -= shape[i];
-        soften(box, passes, density, other);
+        smooth(box, passes, density, other);
         parallel_for(places.size(), [&](std::size_t i) {
             Vec3<double> slope{}, &v = velocity[i];
             const Stencil<double> s = stencil(places[i], 1.0);
@@ -285,7 +285,7 @@ Seeds seeded(const Packing& p, const StrataBox& box, const std::vector<Cut>& cut
 
 std::vector<Vec3<double>> packed(const Packing& p, const Depth& depth)
 {
-    const int passes = softenings(1.0, 1.0), margin = passes + 3;
+    const int passes = smoothing_passes(1.0, 1.0), margin = passes + 3;
     const StrataBox box(p, margin);
     Values shares(std::size_t(box.count()));
     const std::vector<Cut> cuts = measure(p, depth, box, shares);
@@ -295,7 +295,7 @@ std::vector<Vec3<double>> packed(const Packing& p, const Depth& depth)
         (seeds.moves[i] ? moving : still).push_back(seeds.places[i]);
     Values shape = shape_density(box, cuts, shares), at_rest(shape.size()), &other = shares;
     std::fill(other.begin(), other.end(), 0.0f);
-    soften(box, passes, shape, other);
+    smooth(box, passes, shape, other);
     deposit_all(box, still, {}, at_rest);
     pack(box, depth, at_rest, shape, passes, moving, other);
     Points all;

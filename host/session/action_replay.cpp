@@ -57,12 +57,12 @@ void ActionReplay::perform(const HandAction& action, int number, EditableSimulat
     options = now;
     if (alike) return;
     // The frames so far have consumed all hand frames up to the first one at or after their end.
-    double heard = -1;
+    double last_time = -1;
     for (const HandFrame& frame : recording.frames) {
-        if (number == 0 || heard >= number / rate - rounding) break;
-        heard = frame.time;
+        if (number == 0 || last_time >= number / rate - rounding) break;
+        last_time = frame.time;
     }
-    begin_hands(heard);
+    begin_hands(last_time);
 }
 
 void ActionReplay::before_frame(int number, SessionLoop& loop, SceneSplats& splats,

@@ -17,14 +17,14 @@
 
 namespace knead {
 
-enum class End { complete, interrupted, time_limit, substeps, numbers, device };
+enum class End { complete, interrupted, time_limit, substeps, numerical_failure, device };
 
 struct SessionLoopOptions {
-    double duration = 0;  // simulated per frame [s]
-    double rate = 0;      // frames per second of the hands' clock
-    int first = 0;        // frame of the hands' clock at which the loop begins
-    int done = 0;         // frames of an earlier loop: numbers and times continue from there
-    int frames = -1;      // negative: until stop()
+    double duration = 0;    // simulated per frame [s]
+    double hand_rate = 0;   // frames per second of the hands' clock
+    int first_frame = 0;    // frame of the hands' clock at which the loop begins
+    int frames_before = 0;  // frames of an earlier loop: numbers and times continue from there
+    int frames = -1;        // negative: until stop()
 
     // Stop conditions, checked before each frame and, on the CPU, between substeps.
     double time_limit = 0;   // wall time [s]; 0: none
@@ -34,7 +34,7 @@ struct SessionLoopOptions {
     // with the next frame; the remaining time of this one is dropped.
     std::function<bool(const FrameProgress&)> should_cut;
     // Called between substeps with the progress of frame `number`.
-    std::function<void(int number, const FrameProgress&)> part;
+    std::function<void(int number, const FrameProgress&)> on_progress;
 
     std::vector<Material<double>> materials;  // for the surface
     SurfaceOptions surface{};
@@ -67,7 +67,7 @@ using FrameObserver = std::function<void(const FrameResult&)>;
 using Edit = std::function<void(EditableSimulator&)>;
 
 // Whether the state is invalid: the guards have reset more than 1 % of the particles in one frame.
-bool overrun(const FrameStats& stats, std::size_t particles);
+bool state_invalid(const FrameStats& stats, std::size_t particles);
 
 class SessionLoop {
   public:
@@ -89,7 +89,7 @@ class SessionLoop {
 
     // From now on each frame is submitted while the previous one is computed. Observers receive
     // statistics but must not fetch the state: the next frame may be in flight.
-    void submit_ahead() { ahead = true; }
+    void submit_ahead() { submits_ahead = true; }
     // From now on the surface of each frame is queued behind it on the device, without waiting.
     // `kept`: keep it for device_mesh(), which then waits once. No effect on the CPU.
     void launch_surfaces(bool kept = false);
@@ -121,7 +121,7 @@ class SessionLoop {
         }
     }
 
-    const FrameResult& last() const { return newest; }  // the last completed frame; number 0: none
+    const FrameResult& last() const { return last_result; }  // last completed frame; number 0: none
     End end() const { return ended.value_or(End::complete); }
     // Exception of the solver that ended the loop; null: none. Observers were called for all frames
     // before it.
@@ -135,7 +135,7 @@ class SessionLoop {
     // The surface on the device; null if the solver runs on the CPU or there is no clay.
     std::shared_ptr<const DeviceMesh> device_mesh();
     // Whether meshes() returns the last surface without computing one.
-    bool meshes_stand() const { return last_meshes && moved == 0; }
+    bool meshes_current() const { return last_meshes && moved == 0; }
     const GpuSurface* device_surface() const { return on_device.get(); }  // null: none was made
 
   private:
@@ -143,14 +143,14 @@ class SessionLoop {
     void set_stop_check();
     void check_end();
     bool may_begin();
-    bool should_end(const FrameProgress& part);
+    bool should_end(const FrameProgress& progress);
     bool begin();
     bool collect();
-    void shorten(FrameResult& f);
+    void apply_cut(FrameResult& f);
     void notify_observers();
     void make_device_surface();
     void launch_surface(int frame);
-    void renew_surfaces();
+    void discard_surfaces();
 
     Simulator& solver;
     MotionSource motion;
@@ -158,19 +158,19 @@ class SessionLoop {
     std::vector<FrameObserver> observers;
     std::vector<Edit> edits;
 
-    FrameResult in_flight[2];  // frames in flight, alternating
-    FrameResult newest;        // the last that ended
-    int begun = 0, done = 0;   // frames
-    double lost = 0;           // simulated time dropped by frames that were cut [s]
-    bool ahead = false, launching = false, keeping = false;
-    int launched = -1;            // the frame whose kept surface was launched
+    FrameResult in_flight[2];          // frames in flight, alternating
+    FrameResult last_result;           // the last that ended
+    int submitted = 0, completed = 0;  // frames
+    double lost = 0;                   // simulated time dropped by frames that were cut [s]
+    bool submits_ahead = false, queues_surfaces = false, keeps_surfaces = false;
+    int surface_frame = -1;       // the frame whose kept surface was launched
     std::optional<double> began;  // wall time of the first frame [s]
     std::optional<End> ended;
     std::exception_ptr failed;
 
     SharedParticles state;  // null: not fetched
     Meshes last_meshes;     // null: none
-    SurfacePast past;       // of surfaces computed on the host
+    SurfaceHistory past;    // of surfaces computed on the host
     std::shared_ptr<const DeviceMesh> last_on_device;
     long moved = 0, moved_on_device = 0;  // particle-substeps since the surface was computed
     std::unique_ptr<GpuSurface> on_device;

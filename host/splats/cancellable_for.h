@@ -9,15 +9,15 @@
 
 namespace knead {
 
-constexpr std::size_t between_asks = 1 << 15;  // elements between two polls
+constexpr std::size_t poll_interval = 1 << 15;  // elements between two polls
 
 // Calls one(i) for every i below n.
 template <class One>
 bool for_each_unless_stopped(std::size_t n, const SplatFrame& frame, One&& one)
 {
-    for (std::size_t from = 0; from < n; from += between_asks) {
+    for (std::size_t from = 0; from < n; from += poll_interval) {
         if (frame.stopped()) return false;
-        const std::size_t to = std::min(n, from + between_asks);
+        const std::size_t to = std::min(n, from + poll_interval);
         for (std::size_t i = from; i < to; ++i) one(i);
     }
     return true;
@@ -44,7 +44,7 @@ bool resize_unless_stopped(std::vector<T>& v, std::size_t n, const SplatFrame& f
     v.reserve(n);
     while (v.size() < n) {
         if (frame.stopped()) return false;
-        v.resize(std::min(n, v.size() + between_asks));
+        v.resize(std::min(n, v.size() + poll_interval));
     }
     return true;
 }
@@ -64,18 +64,18 @@ template <class T, class Less>
 bool sort_unless_stopped(std::vector<T>& v, const SplatFrame& frame, Less less)
 {
     const std::size_t n = v.size();
-    for (std::size_t from = 0; from < n; from += between_asks) {
+    for (std::size_t from = 0; from < n; from += poll_interval) {
         if (frame.stopped()) return false;
-        const auto to = long(std::min(n, from + between_asks));
+        const auto to = long(std::min(n, from + poll_interval));
         std::stable_sort(v.begin() + long(from), v.begin() + to, less);
     }
     std::vector<T> merged;
-    for (std::size_t part = between_asks; part < n; part *= 2) {
+    for (std::size_t part = poll_interval; part < n; part *= 2) {
         merged.clear(), merged.reserve(n);
         for (std::size_t a = 0; a < n;) {
             const std::size_t a_end = std::min(n, a + part), b_end = std::min(n, a_end + part);
             for (std::size_t b = a_end; a < a_end || b < b_end;) {
-                if (merged.size() % between_asks == 0 && frame.stopped()) return false;
+                if (merged.size() % poll_interval == 0 && frame.stopped()) return false;
                 const bool second = a == a_end || (b < b_end && less(v[b], v[a]));
                 merged.push_back(v[second ? b++ : a++]);
             }

@@ -69,11 +69,11 @@ std::size_t hole(std::vector<char>& open, std::size_t first, int width)
     while (!front.empty()) {
         const std::size_t i = front.back();
         front.pop_back(), ++count;
-        const auto look = [&](bool there, std::size_t n) {
+        const auto visit = [&](bool there, std::size_t n) {
             if (there && open[n]) open[n] = 0, front.push_back(n);
         };
-        look(i % w > 0, i - 1), look(i % w + 1 < w, i + 1);
-        look(i >= w, i - w), look(i + w < open.size(), i + w);
+        visit(i % w > 0, i - 1), visit(i % w + 1 < w, i + 1);
+        visit(i >= w, i - w), visit(i + w < open.size(), i + w);
     }
     return count;
 }

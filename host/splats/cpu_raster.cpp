@@ -203,16 +203,16 @@ void draw_row(const Target& target, int row, const std::vector<std::vector<int>>
               const SplatFrame& frame)
 {
     const int low = row * tile, high = std::min(target.picture.height, low + tile);
-    std::size_t since_asked = 0;
+    std::size_t since_poll = 0;
     for (int y = low; y < high; ++y)
         for (int x = 0; x < target.picture.width; ++x) {
             const int step = steps[std::size_t(x / fovea_square)];
             if (x % step != 0 || y % step != 0) continue;
             const std::vector<int>& list = lists[std::size_t(x / tile)];
-            since_asked += 16 + list.size();
-            if (since_asked > between_asks) {
+            since_poll += 16 + list.size();
+            if (since_poll > poll_interval) {
                 if (frame.stopped()) return;
-                since_asked = 0;
+                since_poll = 0;
             }
             target.draw(x, y, step, list, seen);
         }

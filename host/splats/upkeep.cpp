@@ -26,10 +26,10 @@ std::size_t capacity_of(const CarriedSplats& splats) { return splats.cloud.centr
 SplatUpkeep::SplatUpkeep(const UpkeepOptions& by, SplatCloud cloud)
     : options(by), splats(std::make_shared<CarriedSplats>(carried(std::move(cloud))))
 {
-    expect(0);
+    raise_capacity(0);
 }
 
-void SplatUpkeep::expect(std::size_t more)
+void SplatUpkeep::raise_capacity(std::size_t more)
 {
     const std::size_t most = options.capacity > 0 ? options.capacity : 3 * (splats->count() + more);
     options.split.capacity = options.refill.capacity = most;

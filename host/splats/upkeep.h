@@ -56,7 +56,7 @@ class SplatUpkeep {
     // change.
     CarriedSplats& change(std::size_t more = 0);
     // Raises the default capacity as if there were `more` further initial splats.
-    void expect(std::size_t more);
+    void raise_capacity(std::size_t more);
     // Disables refilling for this object and all after it: objects whose clay is visible from one
     // side only.
     void refill_below(int object) { refilled = object; }

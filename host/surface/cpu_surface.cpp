@@ -87,7 +87,8 @@ void deposit_all(Field& f, const std::vector<Deposit>& deposits, Int3 low, Int3 
 }
 
 // One smoothing pass along one axis; the outermost layer is unchanged.
-void soften(const Field& f, const std::vector<float>& from, std::vector<float>& to, Size along)
+void smooth_density(const Field& f, const std::vector<float>& from, std::vector<float>& to,
+                    Size along)
 {
     const Strides stride(f);
     parallel_for(f.size.z - 2, [&](int layer) {
@@ -97,7 +98,7 @@ void soften(const Field& f, const std::vector<float>& from, std::vector<float>& 
             const float* const source = from.data() + row;
             float* const target = to.data() + row;
             for (int x = 1; x < f.size.x - 1; ++x)
-                target[x] = softened<float>([&](int step) { return source[x + step * along]; });
+                target[x] = smoothed<float>([&](int step) { return source[x + step * along]; });
         }
     });
 }
@@ -282,14 +283,14 @@ Field density(const std::vector<Deposit>& deposits, const Lattice<float>& lattic
         low = min_of(low, base), high = max_of(high, base);
         largest = max(largest, d.volume);
     }
-    const int passes = softenings(largest, lattice.dx), reach = passes + 2;
+    const int passes = smoothing_passes(largest, lattice.dx), reach = passes + 2;
     Field f = empty_field(low - passes * one, high + reach * one, lattice);
     deposit_all(f, deposits, low, high);
     std::vector<float> other(f.value.size());
     const Strides stride(f);
     for (int pass = 0; pass < passes; ++pass)
         for (const Size along : stride.axis) {
-            soften(f, f.value, other, along);
+            smooth_density(f, f.value, other, along);
             f.value.swap(other);
         }
     return f;
@@ -344,7 +345,7 @@ void smooth(Mesh& mesh, Smoothing smoothing, int iterations)
 
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                           const std::vector<Material<double>>& materials,
-                          const SurfaceOptions& options, SurfaceStats* stats, SurfacePast* past)
+                          const SurfaceOptions& options, SurfaceStats* stats, SurfaceHistory* past)
 {
     check(options);
     SurfaceStats left_out;
@@ -361,7 +362,7 @@ std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
             by_category[m->category].push_back(d);
     }
     std::vector<Mesh> meshes;
-    SurfacePast kept;
+    SurfaceHistory kept;
     for (const auto& [category, deposits] : by_category) {
         const auto field = std::make_shared<const Field>(density(deposits, options.lattice));
         Mesh mesh = isosurface(*field, options.iso);

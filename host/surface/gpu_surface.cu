@@ -46,14 +46,14 @@ std::vector<SurfaceStage> GpuSurface::State::stages(const Clay& now) const
     const ScanSpace s = store.space;
     const int n = processors;
     std::vector<SurfaceStage> stages{
-        {"renew", [d, now](cudaStream_t on) { renew(d, now, on); }},
-        {"remember", [d, n](cudaStream_t on) { remember(d, n, on); }},
+        {"renew", [d, now](cudaStream_t on) { mark_dirty(d, now, on); }},
+        {"remember", [d, n](cudaStream_t on) { save_densities(d, n, on); }},
         {"clear", [d, n](cudaStream_t on) { clear(d, n, on); }},
         {"deposit", [d, now](cudaStream_t on) { deposit(d, now, on); }},
         {"list", [d](cudaStream_t on) { list(d, on); }},
         {"soften",
          [d, n, rounds](cudaStream_t on) {
-             for (int round = 0; round < rounds; ++round) soften(d, round, n, on);
+             for (int round = 0; round < rounds; ++round) smooth_density(d, round, n, on);
          }},
         {"count", [d, n](cudaStream_t on) { count(d, n, on); }},
         {"scan", [d, s](cudaStream_t on) { scan(d, s, on); }},
@@ -87,18 +87,18 @@ void GpuSurface::State::prepare(const Clay& now)
     graph.end(stream);
 }
 
-void GpuSurface::State::forget_if_told(cudaStream_t on)
+void GpuSurface::State::apply_resets(cudaStream_t on)
 {
-    if (fresh) check(cudaMemsetAsync(store.view.seen, 0xff, sizeof(int), on), "surface");
-    if ((fresh || leaps) && store.view.past)
-        check(cudaMemsetAsync(store.view.past_known, 0, sizeof(int), on), "surface");
-    fresh = leaps = false;
+    if (fresh) check(cudaMemsetAsync(store.view.last_substep, 0xff, sizeof(int), on), "surface");
+    if ((fresh || skips_advance) && store.view.past)
+        check(cudaMemsetAsync(store.view.past_valid, 0, sizeof(int), on), "surface");
+    fresh = skips_advance = false;
 }
 
 void GpuSurface::State::start(cudaStream_t on)
 {
     const ProfilerRange range{"surface"};
-    forget_if_told(on);
+    apply_resets(on);
     check(cudaGraphLaunch(graph.ready, on), "surface");
 }
 
@@ -195,7 +195,7 @@ void GpuSurface::State::take_room(const SurfaceRoom& needs)
     store.reserve({needs.vertices + needs.vertices / 4, needs.triangles + needs.triangles / 4});
 }
 
-SurfaceStats GpuSurface::State::settled(const SurfaceRoom& needs, const Faults& faults) const
+SurfaceStats GpuSurface::State::settled(const SurfaceRoom& needs, const SurfaceErrors& errors) const
 {
     const SurfaceRoom has = room();
     if (!fits(needs))
@@ -203,22 +203,22 @@ SurfaceStats GpuSurface::State::settled(const SurfaceRoom& needs, const Faults& 
             "the surface has " + std::to_string(needs.vertices) + " vertices and " +
             std::to_string(needs.triangles) + " triangles; on the device there is room for " +
             std::to_string(has.vertices) + " and " + std::to_string(has.triangles));
-    if (faults.crowded)
+    if (errors.overflowed)
         throw std::runtime_error(
             "the density has overflowed: a node of the surface's lattice holds the volume of more "
             "than 64 particles and 16 times the rest density");
-    return {long(faults.unusable), long(faults.outside)};
+    return {long(errors.unusable), long(errors.outside)};
 }
 
 SurfaceStats GpuSurface::settled() const
 {
-    return state->settled(state->needed(), state->store.faults.downloaded().at(0));
+    return state->settled(state->needed(), state->store.errors.downloaded().at(0));
 }
 
 SurfaceWork GpuSurface::work() const
 {
     const Progress progress = state->store.progress.downloaded().at(0);
-    return {state->store.active.downloaded().at(2), progress.deposited, progress.softened};
+    return {state->store.active.downloaded().at(2), progress.deposited, progress.smoothed};
 }
 
 std::vector<Mesh> GpuSurface::meshes() const
@@ -307,7 +307,7 @@ std::shared_ptr<const DeviceMesh> GpuSurface::State::launched(SurfaceStats* stat
     const MeshInfo facts = *made->host_info.data();
     const SurfaceRoom needs{facts.needed.vertices, facts.needed.triangles};
     if (!fixed_room && !fits(needs)) return take_room(needs), nullptr;
-    const SurfaceStats found = settled(needs, facts.faults);
+    const SurfaceStats found = settled(needs, facts.errors);
     if (stats) *stats = found;
     std::vector<int> categories;
     for (const auto& [category, kind] : store.kinds) categories.push_back(category);
@@ -349,7 +349,7 @@ std::vector<Mesh> GpuSurface::surface(const std::vector<Particle<double>>& parti
 }
 
 void GpuSurface::forget() { state->fresh = true; }
-void GpuSurface::leap() { state->leaps = true; }
+void GpuSurface::reset_advance() { state->skips_advance = true; }
 
 std::size_t GpuSurface::memory() const
 {

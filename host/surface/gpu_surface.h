@@ -20,7 +20,7 @@ struct SurfaceView;  // cuda/surface/surface.cuh: the mesh
 // How much of the last surface was recomputed, in blocks of 4^3 nodes per category.
 struct SurfaceWork {
     long blocks = 0;                   // non-empty blocks
-    long deposited = 0, softened = 0;  // of these: recomputed sums; recomputed densities and later
+    long deposited = 0, smoothed = 0;  // of these: recomputed sums; recomputed densities and later
                                        // stages
 };
 
@@ -50,8 +50,8 @@ class GpuSurface {
     // std::runtime_error if the surface exceeded the capacity.
     SurfaceStats settled() const;
     SurfaceWork work() const;
-    void forget();  // recompute the next surface completely
-    void leap();    // no Mesh::advance for the next surface
+    void forget();         // recompute the next surface completely
+    void reset_advance();  // no Mesh::advance for the next surface
     SurfaceRoom needed() const;
     std::vector<Mesh> meshes() const;
     // Densities of a category on the whole lattice, with the empty layer around it.

@@ -11,7 +11,7 @@ using namespace gpu;
 
 double GpuSurface::State::seconds_of(cudaGraphExec_t what)
 {
-    if (what == graph.ready) forget_if_told(stream);
+    if (what == graph.ready) apply_resets(stream);
     check(cudaEventRecord(from, stream), "surface");
     check(cudaGraphLaunch(what, stream), "surface");
     check(cudaEventRecord(to, stream), "surface");

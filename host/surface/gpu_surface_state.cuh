@@ -26,8 +26,8 @@ struct GpuSurface::State {
     gpu::DeviceArray<float4> rows;
     gpu::Clay clay{};
     gpu::Graph graph;
-    bool fresh = true;   // recompute everything
-    bool leaps = false;  // no motion for the next surface
+    bool fresh = true;           // recompute everything
+    bool skips_advance = false;  // no motion for the next surface
     gpu::KeptMeshes kept;
     std::shared_ptr<gpu::KeptMesh> under_way;  // launched by launch_kept(); null: none
 
@@ -37,7 +37,7 @@ struct GpuSurface::State {
     std::vector<SurfaceStage> stages(const gpu::Clay& now) const;
     bool set_materials(const std::vector<Material<double>>& materials);
     void prepare(const gpu::Clay& now);
-    void forget_if_told(cudaStream_t on);
+    void apply_resets(cudaStream_t on);
     void start(cudaStream_t on);
     void run();
     SurfaceRoom needed() const;
@@ -48,7 +48,7 @@ struct GpuSurface::State {
     SurfaceRoom room() const;
     bool fits(const SurfaceRoom& needs) const;
     void take_room(const SurfaceRoom& needs);
-    SurfaceStats settled(const SurfaceRoom& needs, const gpu::Faults& faults) const;
+    SurfaceStats settled(const SurfaceRoom& needs, const gpu::SurfaceErrors& errors) const;
     void launch_kept(const gpu::Clay& now, cudaStream_t on);
     std::shared_ptr<const DeviceMesh> launched(SurfaceStats* stats);
 };

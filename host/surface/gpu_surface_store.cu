@@ -61,17 +61,18 @@ void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
         kind.amount += double(v / cell());
     }
     for (const auto& [category, kind] : kinds) {
-        each_layer.push_back(
-            {quantum_of(kind.volume / cell()), softenings(kind.volume, options.lattice.dx)});
+        each_scale.push_back(
+            {quantum_of(kind.volume / cell()), smoothing_passes(kind.volume, options.lattice.dx)});
         amount += kind.amount;
     }
-    if (kinds.empty()) each_layer.push_back({1, 0});  // a launch needs at least one layer
+    if (kinds.empty()) each_scale.push_back({1, 0});  // a launch needs at least one layer
     int max_passes = 0;
-    for (const Layer& layer : each_layer) max_passes = std::max(max_passes, layer.softenings);
+    for (const CategoryScale& scale : each_scale)
+        max_passes = std::max(max_passes, scale.smoothing_passes);
     rounds = std::max(1, (max_passes + passes_a_round - 1) / passes_a_round);
     view.rounds = rounds;
     view.reach = max_passes + 1;  // the nodes of a cell extend one step further
-    layers = DeviceArray<Layer>(each_layer);
+    scales = DeviceArray<CategoryScale>(each_scale);
     set_materials(materials);
 }
 
@@ -87,19 +88,20 @@ bool SurfaceStore::serves(const std::vector<Material<double>>& materials) const
 // particles than the initial ones.
 void SurfaceStore::set_materials(const std::vector<Material<double>>& materials)
 {
-    std::vector<Grain> each;
+    std::vector<ObjectDeposit> each;
     for (const Material<double>& m : materials) {
         const auto found = kinds.find(m.category);
         const int index = int(std::distance(kinds.begin(), found));
         const float share = volume(m) / cell();
         const bool usable = found != kinds.end() && volume(m) <= found->second.volume;
-        each.push_back(usable ? Grain{share / each_layer[std::size_t(index)].quantum, index}
-                              : Grain{0, 0});
+        each.push_back(usable ? ObjectDeposit{share / each_scale[std::size_t(index)].quantum, index}
+                              : ObjectDeposit{0, 0});
     }
-    if (grains.size() < each.size()) grains = DeviceArray<Grain>(each.size() + each.size() / 2);
-    upload(grains.data(), each.data(), each.size());
-    view.first = each.empty() ? Grain{} : each[0];
-    view.grains = {grains.data(), int(each.size())};
+    if (object_deposits.size() < each.size())
+        object_deposits = DeviceArray<ObjectDeposit>(each.size() + each.size() / 2);
+    upload(object_deposits.data(), each.data(), each.size());
+    view.first = each.empty() ? ObjectDeposit{} : each[0];
+    view.object_deposits = {object_deposits.data(), int(each.size())};
 }
 
 // Allocates everything that depends on the lattice.
@@ -108,7 +110,7 @@ void SurfaceStore::allocate()
     const auto padded = [](int n) { return (n + 2 + block_edge - 1) / block_edge * block_edge; };
     const Int3 n = options.lattice.size;
     const Int3 size{padded(n.x), padded(n.y), padded(n.z)};
-    const double all = double(layers.size()) * size.x * size.y * size.z;
+    const double all = double(scales.size()) * size.x * size.y * size.z;
     const std::string named = std::to_string(std::llround(all)) + " nodes";
     if (all > double(1 << 30))
         throw std::runtime_error("the density needs " + named +
@@ -117,7 +119,7 @@ void SurfaceStore::allocate()
     const auto nodes = std::size_t(all), places = nodes / block_nodes;
     view.lattice = options.lattice;
     view.padded = {size, options.lattice.dx};
-    view.categories = int(layers.size());
+    view.categories = int(scales.size());
     view.blocks = int(places);
     view.iso = options.iso;
     sums = DeviceArray<unsigned>(nodes);
@@ -126,25 +128,25 @@ void SurfaceStore::allocate()
     occupied = DeviceArray<unsigned>(places);
     blocks = DeviceArray<int>(places);
     skin = DeviceArray<int>(places), work = DeviceArray<int>(places);
-    anew = DeviceArray<unsigned>(places / layers.size());
-    seen = DeviceArray<int>(1), progress = DeviceArray<Progress>(1);
+    dirty = DeviceArray<unsigned>(places / scales.size());
+    last_substep = DeviceArray<int>(1), progress = DeviceArray<Progress>(1);
     active = DeviceArray<int>(3);
     counts = DeviceArray<unsigned long long>(places + 1);
     before = DeviceArray<unsigned long long>(places + 1);
-    draws = DeviceArray<DrawCommand>(layers.size());
-    faults = DeviceArray<Faults>(1);
+    draws = DeviceArray<DrawCommand>(scales.size());
+    errors = DeviceArray<SurfaceErrors>(1);
     scratch = DeviceArray<unsigned char>(scan_scratch_bytes(view.blocks));
     space = {scratch.data(), scratch.size()};
-    view.layers = layers.data();
+    view.scales = scales.data();
     view.sums = sums.data(), view.marks = marks.data(), view.occupied = occupied.data();
     view.list = blocks.data(), view.skin = skin.data(), view.active = active.data();
     view.counts = counts.data(), view.before = before.data();
-    view.draws = draws.data(), view.faults = faults.data();
-    view.density = densities.data(), view.anew = anew.data(), view.work = work.data();
-    view.seen = seen.data(), view.progress = progress.data();
+    view.draws = draws.data(), view.errors = errors.data();
+    view.density = densities.data(), view.dirty = dirty.data(), view.work = work.data();
+    view.last_substep = last_substep.data(), view.progress = progress.data();
     if (!options.moving) return;
-    past = DeviceArray<float>(nodes), past_known = DeviceArray<int>(1);
-    view.past = past.data(), view.past_known = past_known.data();
+    past = DeviceArray<float>(nodes), past_valid = DeviceArray<int>(1);
+    view.past = past.data(), view.past_valid = past_valid.data();
 }
 
 // Allocates everything that depends on the mesh. An interior node has at most 1 / iso of clay, and
@@ -178,9 +180,9 @@ void SurfaceStore::reserve(SurfaceRoom room)
 std::size_t SurfaceStore::bytes() const
 {
     const auto sum = [](const auto&... arrays) { return (std::size_t(0) + ... + arrays.bytes()); };
-    return sum(grains, layers, sums, marks, occupied, anew, densities, past, past_known, blocks,
-               skin, work, seen, progress, active, ring, next, last, counts, before, vertices[0],
-               vertices[1], normals, triangles, draws, faults, scratch);
+    return sum(object_deposits, scales, sums, marks, occupied, dirty, densities, past, past_valid,
+               blocks, skin, work, last_substep, progress, active, ring, next, last, counts, before,
+               vertices[0], vertices[1], normals, triangles, draws, errors, scratch);
 }
 
 }  // namespace knead::gpu

@@ -38,10 +38,10 @@ class SurfaceStore {
     ScanSpace space{};
     DeviceArray<float> densities;  // for all rounds
     DeviceArray<float> past;       // SurfaceOptions::moving: density of the previous surface
-    DeviceArray<int> past_known;
+    DeviceArray<int> past_valid;
     DeviceArray<unsigned long long> before;
     DeviceArray<DrawCommand> draws;
-    DeviceArray<Faults> faults;
+    DeviceArray<SurfaceErrors> errors;
     DeviceArray<Progress> progress;
     DeviceArray<int> active;
 
@@ -53,11 +53,11 @@ class SurfaceStore {
     void allocate();
 
     double amount = 0;  // of all clay [nodes full]
-    std::vector<Layer> each_layer;
-    DeviceArray<Grain> grains;
-    DeviceArray<Layer> layers;
-    DeviceArray<unsigned> sums, marks, occupied, anew;
-    DeviceArray<int> blocks, skin, work, seen, ring, next, last;
+    std::vector<CategoryScale> each_scale;
+    DeviceArray<ObjectDeposit> object_deposits;
+    DeviceArray<CategoryScale> scales;
+    DeviceArray<unsigned> sums, marks, occupied, dirty;
+    DeviceArray<int> blocks, skin, work, last_substep, ring, next, last;
     DeviceArray<unsigned long long> counts;
     DeviceArray<float4> vertices[2], normals;
     DeviceArray<Int3> triangles;

@@ -39,7 +39,7 @@ Lattice<float> surface_lattice(const Lattice<double>& clay, int nodes);
 // Densities of a surface by category, from which the next one computes Mesh::advance. Empty:
 // unknown.
 struct Field;
-struct SurfacePast {
+struct SurfaceHistory {
     std::map<int, std::shared_ptr<const Field>> densities;
 };
 
@@ -57,7 +57,7 @@ struct SurfaceStats {
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                           const std::vector<Material<double>>& materials,
                           const SurfaceOptions& options, SurfaceStats* stats = nullptr,
-                          SurfacePast* past = nullptr);
+                          SurfaceHistory* past = nullptr);
 
 // Enclosed volume [m^3], positive for outward triangles.
 double volume(const Mesh& mesh);

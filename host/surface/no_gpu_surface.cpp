@@ -27,7 +27,7 @@ const gpu::SurfaceView& GpuSurface::view() const { refuse(); }
 SurfaceStats GpuSurface::settled() const { refuse(); }
 SurfaceWork GpuSurface::work() const { refuse(); }
 void GpuSurface::forget() { refuse(); }
-void GpuSurface::leap() { refuse(); }
+void GpuSurface::reset_advance() { refuse(); }
 SurfaceRoom GpuSurface::needed() const { refuse(); }
 std::vector<Mesh> GpuSurface::meshes() const { refuse(); }
 Field GpuSurface::density(int) const { refuse(); }

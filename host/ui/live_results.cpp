@@ -56,8 +56,8 @@ void add_simulation(nlohmann::json& report, const LiveResults& results, bool det
                             {"frames", s.frame.number},
                             {"simulated_s", s.frame.simulated},
                             {"cut_frames", s.backlog.frames},
-                            {"behind_s", s.backlog.behind},
-                            {"trouble", s.trouble},
+                            {"behind_s", s.backlog.missing_time},
+                            {"trouble", s.failure},
                             {"state_hash", results.clay.hash},
                             {"particles", results.clay.particles},
                             {"splats", s.splats ? s.splats->count() : 0}};

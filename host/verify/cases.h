@@ -41,7 +41,7 @@ struct Outcome {
     double densest = 0;  // largest ratio of clay volume to available space [1]
 };
 nlohmann::json json_of(const Outcome& o);
-Outcome heard(const nlohmann::json& all);  // throws nlohmann::json::exception
+Outcome parse_outcome(const nlohmann::json& all);  // throws nlohmann::json::exception
 
 // Total energy of the clay [J]: kinetic, including the affine part of each particle, elastic, and
 // potential.

@@ -35,20 +35,20 @@ struct FrontSizes {
 // The defaults of a scene, with this number of cells.
 SceneOptions default_options(int cells);
 
-// A scene whose reference is its own result on the finest cells with default settings; off(a, b) is
-// the distance between two results [m]. A quick run has 16 and `second` cells/m.
-template <class Run, class Off>
+// A scene whose reference is its own result on the finest cells with default settings; distance(a,
+// b) is the distance between two results [m]. A quick run has 16 and `second` cells/m.
+template <class Run, class Distance>
 FrontScene against_finest(const Verification& v, std::string name, const std::string& what,
-                          int quick_finest, int second, Run run, Off off)
+                          int quick_finest, int second, Run run, Distance distance)
 {
     using Result = decltype(run(v, SceneOptions{}));
     const int finest = FrontSizes{{quick_finest}, {96}, {192}}.of(v).front();
     const auto fine = std::make_shared<const Result>(run(v, default_options(finest)));
     const FrontSizes cells{{16, second}, {16, 24, 32, 48}, {32, 48, 64, 96}};
     return {std::move(name), "mm", what + " on " + std::to_string(finest) + " cells/m", cells.of(v),
-            [&v, fine, run, off](const SceneOptions& options) {
+            [&v, fine, run, distance](const SceneOptions& options) {
                 const Result result = run(v, options);
-                return FrontResult{1e3 * off(result, *fine), result.seconds, result.inside};
+                return FrontResult{1e3 * distance(result, *fine), result.seconds, result.inside};
             }};
 }
 inline double places_off(const Squeezed& a, const Squeezed& fine)

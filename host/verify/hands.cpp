@@ -39,7 +39,7 @@ void gesture(Verification& v, const std::string& name, double zoom, int cells, i
     options.audit_every = 5, options.frames = frames;
     const RunRecord record = run_frames(scene, *solver, &hands, options, {});
     if (record.end != End::complete)
-        throw std::runtime_error("the run ended early: " + record.trouble);
+        throw std::runtime_error("the run ended early: " + record.failure);
     const Depths left = record.depths.summary();
     const double dx = scene.setup.lattice.dx;
     Check c = at_most(

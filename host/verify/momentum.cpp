@@ -30,12 +30,14 @@ void conserved(Verification& v, const Setup& s, Simulator& solver, const char* s
     const Audit before = audit(solver.particles(), s.materials, s.lattice.dx);
     solver.advance({}, 0.1);  // 1000 substeps
     const Audit after = audit(solver.particles(), s.materials, s.lattice.dx);
-    const auto off = [](Vec3<double> a, Vec3<double> b) { return length(a - b) / length(b); };
+    const auto relative_error = [](Vec3<double> a, Vec3<double> b) {
+        return length(a - b) / length(b);
+    };
     const std::string advice = "keep the scene near the lattice's first node";
     v.add(at_most(fmt::format("momentum after 1000 substeps, {}: relative change", scalar),
-                  off(after.momentum, before.momentum), bound, "", advice));
+                  relative_error(after.momentum, before.momentum), bound, "", advice));
     v.add(at_most(fmt::format("spin after 1000 substeps, {}: relative change", scalar),
-                  off(after.spin, before.spin), bound, "", advice));
+                  relative_error(after.spin, before.spin), bound, "", advice));
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ Json json_of(const Outcome& o)
     return all;
 }
 
-Outcome heard(const Json& all)
+Outcome parse_outcome(const Json& all)
 {
     Outcome o;
     const auto ending = all.at("ending").get<std::string>();
@@ -88,7 +88,7 @@ Outcome outcome_by(const std::vector<std::string>& words, double late)
     const int code = output_of(words, said, late);
     Outcome o;
     try {
-        if (code == exit_ok) return heard(Json::parse(said));
+        if (code == exit_ok) return parse_outcome(Json::parse(said));
         o.note = reason(code, late);
     } catch (const Json::exception&) {
         o.note = "told no outcome";

@@ -198,7 +198,7 @@ void squeeze_part(Verification& v)
     const auto shape = [](const Squeezed& s) {
         return (1 / trace(gyration(s.from))) * gyration(s.to);
     };
-    const auto off = [&](const Squeezed& s) {
+    const auto shape_distance = [&](const Squeezed& s) {
         const Sym3<double> best = shape(all.back());
         return std::sqrt(norm_squared(shape(s) + -1.0 * best) / norm_squared(best));
     };
@@ -211,7 +211,7 @@ void squeeze_part(Verification& v)
         c.note = fmt::format("{:.3g} and {:.3g}{}", fine, rough, unit);
         v.add(c);
     };
-    ratio("moments", off(all[1]), off(all[0]), "");
+    ratio("moments", shape_distance(all[1]), shape_distance(all[0]), "");
     ratio("places", 1e3 * middle.rms, 1e3 * coarse.rms, " mm");
     v.add(at_most("squeeze: rigid shift against the finest, over dx",
                   std::max(coarse.shift * sizes[0], middle.shift * sizes[1]), 0.05, "", advice));

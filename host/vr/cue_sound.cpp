@@ -58,10 +58,10 @@ void CueSound::make(int frames, std::vector<std::int16_t>& to)
     for (int k = 0; k < frames; ++k) {
         float ear[2] = {0, 0};
         for (Voice& voice : voices) {
-            const float heard = sample(voice);
+            const float value = sample(voice);
             // Equal-power panning.
             const float angle = 0.25f * std::numbers::pi_v<float> * (1 + voice.right);
-            ear[0] += std::cos(angle) * heard, ear[1] += std::sin(angle) * heard;
+            ear[0] += std::cos(angle) * value, ear[1] += std::sin(angle) * value;
         }
         for (const float x : ear)
             to.push_back(std::int16_t(std::lround(32767 * std::clamp(x, -1.0f, 1.0f))));

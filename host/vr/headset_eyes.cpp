@@ -26,7 +26,7 @@ EyesOptions EyesOptions::of(const HeadsetLoopOptions& options)
     EyesOptions eyes;
     eyes.device = options.device;
     eyes.samples = options.samples > 0 ? options.samples : on_gpu ? 4 : 1;
-    eyes.least = options.least_scale, eyes.foveate = options.foveate;
+    eyes.least = options.min_scale, eyes.foveate = options.foveate;
     if (options.samples == 0 && on_gpu && !options.stepped)
         eyes.budget = gl_share * usual_period(options);
     return eyes;
@@ -64,19 +64,19 @@ struct HeadsetEyes::Parts {
     struct KeptMotion {
         std::shared_ptr<const std::vector<Gaussian<double>>> host, before;
         std::shared_ptr<const DeviceGaussians> device;
-        MotionStamp instant;
+        MotionStamp stamp;
 
         explicit KeptMotion(const LiveState& state)
             : host(state.gaussians),
               before(state.gaussians_before),
               device(state.gaussians_on_device),
-              instant(state.gaussian_instant)
+              stamp(state.gaussian_stamp)
         {
         }
         KeptMotion() = default;
         SplatMotion at(double now) const
         {
-            return {host.get(), device.get(), before.get(), instant.extrapolation(now)};
+            return {host.get(), device.get(), before.get(), stamp.extrapolation(now)};
         }
     };
 
@@ -239,16 +239,16 @@ float HeadsetEyes::Parts::scale(const HeadsetPicture& picture)
     return float(pace->scale());
 }
 
-EyesDrawn HeadsetEyes::draw(const HeadsetViews& sight, const HeadsetPicture& picture)
+EyesDrawn HeadsetEyes::draw(const HeadsetViews& views, const HeadsetPicture& picture)
 {
     const float scale = parts->scale(picture);
     parts->follow(picture.state, picture.at_once);
     parts->painter->set_hands(picture.hands);
-    std::vector<EyeView> views;
+    std::vector<EyeView> eye_views;
     for (std::size_t eye = 0; eye < 2; ++eye)
-        views.push_back(eye_view(sight.eyes[eye], scaled(sight.targets[eye].width, scale),
-                                 scaled(sight.targets[eye].height, scale), picture.workplace,
-                                 picture.options, picture.nearest));
+        eye_views.push_back(eye_view(views.eyes[eye], scaled(views.targets[eye].width, scale),
+                                     scaled(views.targets[eye].height, scale), picture.workplace,
+                                     picture.options, picture.near_plane));
     for (std::size_t eye = 0; eye < 2; ++eye) {
         const HiddenArea& unseen = parts->headset.facts().hidden[eye];
         parts->painter->set_hidden(int(eye), unseen.corners);
@@ -257,11 +257,12 @@ EyesDrawn HeadsetEyes::draw(const HeadsetViews& sight, const HeadsetPicture& pic
     parts->timer->begin(scale);
     EyesDrawn drawn{scale};
     if (const SplatMotion motion = parts->motion.at(picture.now); parts->splats && motion.any()) {
-        parts->splats->draw(*parts->painter, views, motion, parts->options.whole(), &parts->hidden);
+        parts->splats->draw(*parts->painter, eye_views, motion, parts->options.full_resolution(),
+                            &parts->hidden);
         drawn.splat_scale = float(parts->splats->scale()), drawn.splats = parts->splats->seconds();
     }
     for (std::size_t eye = 0; eye < 2; ++eye)
-        parts->draw(int(eye), sight.targets[eye], views[eye], picture);
+        parts->draw(int(eye), views.targets[eye], eye_views[eye], picture);
     parts->timer->end();
     while (glGetError() != GL_NO_ERROR) ++parts->errors;
     return drawn;
@@ -271,11 +272,11 @@ void HeadsetEyes::rehearse(const HeadsetPicture& picture)
 {
     parts->headset.make_current();
     const EyeOfOurs one(parts->headset.facts());
-    HeadsetViews sight;
+    HeadsetViews views;
     for (std::size_t eye = 0; eye < 2; ++eye) {
-        sight.eyes[eye].pose.p = cast<float>(picture.workplace.at) + Vec3<float>{0, 0.2f, 0.5f};
-        sight.eyes[eye].field = {-0.8f, 0.8f, 0.8f, -0.8f};
-        sight.targets[eye] = one.as;
+        views.eyes[eye].pose.p = cast<float>(picture.workplace.at) + Vec3<float>{0, 0.2f, 0.5f};
+        views.eyes[eye].field = {-0.8f, 0.8f, 0.8f, -0.8f};
+        views.targets[eye] = one.as;
     }
     // Enough for the resolution to settle, but at most half a second.
     constexpr int most = 16;
@@ -283,7 +284,7 @@ void HeadsetEyes::rehearse(const HeadsetPicture& picture)
     const double begin = wall_seconds();
     try {
         for (int k = 0; k < most && (k < 2 || wall_seconds() - begin < enough); ++k) {
-            draw(sight, picture);
+            draw(views, picture);
             glFinish();
             if (k == 0) parts->prepare_again(picture.state);
         }
@@ -299,7 +300,7 @@ void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view
     EyeLook look = live_look(picture.state.scene ? picture.state.scene->scene : none);
     look.transparent = headset.facts().see_through;
     look.floor_seen = !look.transparent;
-    look.extrapolation = picture.state.mesh_instant.extrapolation(picture.now);
+    look.extrapolation = picture.state.mesh_stamp.extrapolation(picture.now);
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, to.colour, 0);
     glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, to.depth ? to.depth : own_depth, 0);
     const EyeTarget into{target, 0, 0, to.srgb};

@@ -16,7 +16,7 @@ struct HeadsetPicture {
     std::vector<HandLook> hands;
     const HandsOptions& options;  // scale and offset of hands and eyes in the simulation
     const Workplace& workplace;
-    float nearest;                            // near plane [m], unscaled
+    float near_plane;                         // near plane [m], unscaled
     const PanelCanvas* canvas;                // new picture of the panel; null: unchanged
     std::optional<Joint<float>> panel;        // pose of the panel in the frame of the hands
     float panel_width = 0, panel_height = 0;  // [m]
@@ -42,7 +42,7 @@ struct EyesOptions {
     double budget = 0;
     double least = 0.5;  // lower limit of the linear resolution scale
     double foveate = 0;  // angle from a lens's axis with full splat resolution [deg]; 0: no limit
-    bool whole() const { return least >= 1; }  // splats too have full resolution
+    bool full_resolution() const { return least >= 1; }  // splats too have full resolution
 };
 
 struct EyesDrawn {
@@ -61,7 +61,7 @@ class HeadsetEyes {
 
     void renew();  // call when the headset has a new session
     // Throws std::runtime_error or std::invalid_argument if drawing fails.
-    EyesDrawn draw(const HeadsetViews& sight, const HeadsetPicture& picture);
+    EyesDrawn draw(const HeadsetViews& views, const HeadsetPicture& picture);
     // Warm-up: draws some pictures off screen, so that the first visible one loads, allocates and
     // registers nothing, and its resolution has settled. Errors are ignored; draw() reports them.
     void rehearse(const HeadsetPicture& picture);

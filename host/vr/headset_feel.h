@@ -15,7 +15,7 @@ class HeadsetFeel {
     // `audible`: open a sound device; on failure `tell` is called with the reason.
     HeadsetFeel(bool audible, const std::function<void(const std::string&)>& notify);
     // Plays the feedback for the newest state. `strength`: vibration per side, 0 to 1.
-    void frame(const HeadsetViews& sight, const LiveState& state, HeadsetHands& hands,
+    void frame(const HeadsetViews& views, const LiveState& state, HeadsetHands& hands,
                float strength[side_count]);
 
   private:

@@ -69,31 +69,31 @@ double FrameFigures::margin() const
 
 nlohmann::json FrameFigures::figures() const
 {
-    nlohmann::json told = {{"frames", frames},
-                           {"longer_than_a_period", late},
-                           {"longer_than_two_periods", far_late},
-                           {"left_out", left_out},
-                           {"work_ms", spread_of(work)},
-                           {"draw_ms", spread_of(draw)},
-                           {"eye_scale", least_of(scale)}};
+    nlohmann::json report = {{"frames", frames},
+                             {"longer_than_a_period", late},
+                             {"longer_than_two_periods", far_late},
+                             {"left_out", left_out},
+                             {"work_ms", spread_of(work)},
+                             {"draw_ms", spread_of(draw)},
+                             {"eye_scale", least_of(scale)}};
     if (!latency.empty()) {
-        told["motion_to_dent_ms"] = spread_of(latency);
-        told["motion_to_dent_frames"] = spread_of(latency_frames);
+        report["motion_to_dent_ms"] = spread_of(latency);
+        report["motion_to_dent_frames"] = spread_of(latency_frames);
     }
-    told["late_frames"] = nlohmann::json::array();
+    report["late_frames"] = nlohmann::json::array();
     for (const auto& [number, parts] : listed)
-        told["late_frames"].push_back({{"frame", number},
-                                       {"interval_ms", 1e3 * parts.interval},
-                                       {"work_ms", 1e3 * parts.work()},
-                                       {"locate_ms", 1e3 * parts.locate},
-                                       {"simulate_ms", 1e3 * parts.simulate},
-                                       {"draw_ms", 1e3 * parts.draw},
-                                       {"submit_ms", 1e3 * parts.submit}});
+        report["late_frames"].push_back({{"frame", number},
+                                         {"interval_ms", 1e3 * parts.interval},
+                                         {"work_ms", 1e3 * parts.work()},
+                                         {"locate_ms", 1e3 * parts.locate},
+                                         {"simulate_ms", 1e3 * parts.simulate},
+                                         {"draw_ms", 1e3 * parts.draw},
+                                         {"submit_ms", 1e3 * parts.submit}});
     if (!splats.empty()) {
-        told["splat_scale"] = least_of(splat_scale);
-        told["splats_ms"] = spread_of(splats);
+        report["splat_scale"] = least_of(splat_scale);
+        report["splats_ms"] = spread_of(splats);
     }
-    return told;
+    return report;
 }
 
 std::string FrameFigures::summary() const
@@ -103,20 +103,22 @@ std::string FrameFigures::summary() const
                            shares.empty() ? 100.f : 100 * percentile(shares, 0.5),
                            shares.empty() ? 100.f : 100 * percentile(shares, 0));
     };
-    std::string told = fmt::format(
+    std::string report = fmt::format(
         "frames        {}, of which {} took longer than the display's\n"
         "work          {:.2f} ms median, {:.2f} ms p95, {:.2f} ms p99\n"
         "drawing       {:.2f} ms median, {:.2f} ms p99; sides of an eye at {}\n",
         frames, late, percentile(work, 0.5), percentile(work, 0.95), percentile(work, 0.99),
         percentile(draw, 0.5), percentile(draw, 0.99), least(scale));
     if (!latency.empty())
-        told += fmt::format("motion to dent {:.1f} ms median, {:.2f} display frames; p95 {:.2f}\n",
-                            percentile(latency, 0.5), percentile(latency_frames, 0.5),
-                            percentile(latency_frames, 0.95));
+        report +=
+            fmt::format("motion to dent {:.1f} ms median, {:.2f} display frames; p95 {:.2f}\n",
+                        percentile(latency, 0.5), percentile(latency_frames, 0.5),
+                        percentile(latency_frames, 0.95));
     if (!splats.empty())
-        told += fmt::format("splats        {:.2f} ms median, {:.2f} ms p99; of these sides {}\n",
-                            percentile(splats, 0.5), percentile(splats, 0.99), least(splat_scale));
-    return told;
+        report +=
+            fmt::format("splats        {:.2f} ms median, {:.2f} ms p99; of these sides {}\n",
+                        percentile(splats, 0.5), percentile(splats, 0.99), least(splat_scale));
+    return report;
 }
 
 }  // namespace knead

@@ -36,12 +36,12 @@ void TrackingWatch::frame(double time, long restarts)
 
 double TrackingWatch::rate() const { return interval > 0 ? 1 / interval : 0; }
 
-HandFrame hand_frame(const HeadsetViews& sight, const Workplace& workplace, double time)
+HandFrame hand_frame(const HeadsetViews& views, const Workplace& workplace, double time)
 {
     HandFrame frame;
     frame.time = time;
     for (int side = 0; side < side_count; ++side)
-        frame.hand[side] = in_hands(workplace, sight.hands[std::size_t(side)].hand);
+        frame.hand[side] = in_hands(workplace, views.hands[std::size_t(side)].hand);
     return frame;
 }
 

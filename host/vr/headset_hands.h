@@ -54,7 +54,7 @@ class TrackingWatch {
 };
 
 // One frame of both hands, in the frame of recordings.
-HandFrame hand_frame(const HeadsetViews& sight, const Workplace& workplace, double time);
+HandFrame hand_frame(const HeadsetViews& views, const Workplace& workplace, double time);
 
 class HeadsetHands {
   public:

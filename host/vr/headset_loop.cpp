@@ -33,7 +33,7 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> of, HeadsetLoopOptions
       desk(options.scene, options.settings),
       canvas(HeadsetPanel::width, HeadsetPanel::height, 3),
       notices(options.notify),
-      felt(options.sound && !options.stepped, options.notify)
+      feedback(options.sound && !options.stepped, options.notify)
 {
 }
 
@@ -53,13 +53,13 @@ void HeadsetLoop::open()
         options.notify(
             "--see-through: this runtime supports opaque pictures only; the room is not visible");
     live = std::make_unique<LiveSession>(first_scene, std::move(lived));
-    live->settle();
+    live->wait_for_commands();
     floor = headset->facts().floor;
     if (floor == Floor::standing) {
         // A workplace given relative to the floor is used at the start; otherwise, and later, it is
         // placed relative to the head.
-        place_anew = !(options.workplace.at.y > 0);
-        if (!place_anew) options.workplace = {};
+        replace_workplace = !(options.workplace.at.y > 0);
+        if (!replace_workplace) options.workplace = {};
     }
     follow_history();
     if (!options.stepped) rehearse();
@@ -76,7 +76,7 @@ HeadsetEnd HeadsetLoop::results(const std::string& reason)
     end.state = live ? live->state() : state;  // of the digest's frame or a later one
     end.hands = std::move(record.hands), end.actions = std::move(record.actions);
     end.hands.name = "headset";
-    end.rate = tick.period > 0 ? 1 / tick.period : 0;
+    end.rate = timing.period > 0 ? 1 / timing.period : 0;
     end.hands.rate = end.rate > 0 ? end.rate : 90;
     end.length = began < 0 ? 0 : wall_seconds() - began;
     end.left_out = time.left_out();
@@ -88,35 +88,35 @@ void HeadsetLoop::close()
     runtime([&] { headset->close(); });
 }
 
-void HeadsetLoop::look_for_end(const HeadsetEvents& news)
+void HeadsetLoop::check_end(const HeadsetEvents& events)
 {
     const bool enough = options.frames > 0 && frames >= options.frames;
-    if (leaving || news.phase == Phase::over || (!enough && !options.stop())) return;
+    if (leaving || events.phase == Phase::over || (!enough && !options.should_stop())) return;
     leaving = true;
     runtime([&] { headset->leave(); });
 }
 
 // One round of the loop; false when it is over.
-bool HeadsetLoop::turn()
+bool HeadsetLoop::step()
 {
-    const HeadsetEvents news = runtime([&] { return headset->poll(); });
-    end.stray = headset->stray_gl_errors();
-    in_view = news.visible && news.worn;
-    lost = news.lost;
-    for (const std::string& message : news.messages) options.notify(message);
-    if (news.renewed) {
-        ++end.renewals;
-        anew = true;
-        pictured = false;
+    const HeadsetEvents events = runtime([&] { return headset->poll(); });
+    end.runtime_gl_errors = headset->stray_gl_errors();
+    visible = events.visible && events.worn;
+    lost = events.lost;
+    for (const std::string& message : events.messages) options.notify(message);
+    if (events.renewed) {
+        ++end.sessions_recreated;
+        restart_filter = true;
+        frame_submitted = false;
         end.facts = headset->facts();
         drawing([&] { eyes->renew(); });
     }
-    if (news.phase == Phase::over) {
-        end.reason = news.reason;
+    if (events.phase == Phase::over) {
+        end.reason = events.reason;
         return false;
     }
-    look_for_end(news);
-    if (news.phase == Phase::running)
+    check_end(events);
+    if (events.phase == Phase::running)
         frame();
     else
         ran = false;
@@ -128,41 +128,41 @@ void HeadsetLoop::frame()
     FrameParts parts;
     const double start = wall_seconds();
     if (began < 0) began = start;
-    tick = runtime([&] { return headset->begin(); });
+    timing = runtime([&] { return headset->begin(); });
     const double begun = wall_seconds();
-    const HeadsetViews sight = runtime([&] { return headset->locate(); });
+    const HeadsetViews views = runtime([&] { return headset->locate(); });
     const double located = wall_seconds();
-    if (place_anew && sight.located) {
+    if (replace_workplace && views.located) {
         if (floor != headset->facts().floor)
             options.notify("the runtime offers no STAGE space (floor of the room)");
         floor = headset->facts().floor;
-        workplace = before_head(head_of(sight), options.workplace);
-        place_anew = false;
-        anew = true;
+        workplace = before_head(head_of(views), options.workplace);
+        replace_workplace = false;
+        restart_filter = true;
     }
-    poke(sight);
+    poke(views);
     // The simulation pauses while the headset is not worn or the session not visible.
-    const bool runs = in_view && !leaving && !finished && !paused;
-    simulate(sight, runs, parts);
+    const bool runs = visible && !leaving && !finished && !paused;
+    simulate(views, runs, parts);
     const double simulated = wall_seconds();
-    const bool shown = sight.draw && draw(sight, parts);
+    const bool shown = views.draw && draw(views, parts);
     const double drawn = wall_seconds();
     FrameSubmission done;
     done.eyes = shown, done.scale = parts.scale;
     if (shown) done.near_z = std::numeric_limits<float>::infinity();
-    done.far_z = float(options.nearest);
-    felt.frame(sight, *state, hands, done.vibrate);
+    done.far_z = float(options.near_plane);
+    feedback.frame(views, *state, hands, done.vibrate);
     runtime([&] {
         parts.left = headset->time_left();
         headset->end(done);
     });
     parts.wait = begun - start, parts.locate = located - begun;
     parts.simulate = simulated - located, parts.draw = drawn - simulated;
-    parts.submit = wall_seconds() - drawn, parts.period = tick.period;
-    parts.interval = last_shown >= 0 ? tick.time - last_shown : 0;
-    last_shown = shown && runs ? tick.time : -1;
+    parts.submit = wall_seconds() - drawn, parts.period = timing.period;
+    parts.interval = last_shown >= 0 ? timing.time - last_shown : 0;
+    last_shown = shown && runs ? timing.time : -1;
     if (shown && runs) end.figures.add(parts);
-    pictured = pictured || runs;
+    frame_submitted = frame_submitted || runs;
 }
 
 // After a load or reset: takes the scene's tools and restarts the recording.
@@ -181,19 +181,19 @@ void HeadsetLoop::follow_history()
     record.begin(*state->scene, time.time());
     if (!scene.has_hands) live->set_hands(options_now);
     ran = ran && !options.stepped;
-    holding = false, hold = {};
+    carrying = false, carry = {};
 }
 
 // The drawn hands always follow the tracker; the simulation receives hands only while simulated
 // time advances.
 void HeadsetLoop::push(HandFrame given, bool runs, double now)
 {
-    if (anew) given.hand[left].tracked = given.hand[right].tracked = false;
-    anew = false;
-    given.time = tick.time;
+    if (restart_filter) given.hand[left].tracked = given.hand[right].tracked = false;
+    restart_filter = false;
+    given.time = timing.time;
     hands.push(given);
-    notices.follow(hands, tick.time);
-    if (holding) hold_clay(given);
+    notices.follow(hands, timing.time);
+    if (carrying) carry_clay(given);
     if (!runs || !record.frame(given, now)) return;
     given.time = now;
     live->push(given);
@@ -201,59 +201,59 @@ void HeadsetLoop::push(HandFrame given, bool runs, double now)
 }
 
 // Pushes hands, advances the simulation to this frame's time, and fetches the newest state.
-void HeadsetLoop::simulate(const HeadsetViews& sight, bool runs, FrameParts& parts)
+void HeadsetLoop::simulate(const HeadsetViews& views, bool runs, FrameParts& parts)
 {
     follow_history();
     // The first picture of a session takes longer than others: in real time, time advances only
     // once it was submitted.
-    const bool goes_on = runs && (options.stepped || pictured);
+    const bool goes_on = runs && (options.stepped || frame_submitted);
     const bool kept_up = time.left_out() == 0;
-    const double now = time.frame(tick.time, goes_on && ran);
+    const double now = time.frame(timing.time, goes_on && ran);
     if (kept_up && time.left_out() > 0)
         options.notify(
             "a display frame takes longer than a quarter of a second, which is the "
             "maximum that it simulates: simulated time lags behind");
     ran = goes_on;
-    if (!options.stepped) clock.set(now, wall_seconds(), goes_on ? tick.period : 0);
+    if (!options.stepped) clock.set(now, wall_seconds(), goes_on ? timing.period : 0);
     if (goes_on && !std::exchange(started, true)) live->start();
-    push(hand_frame(sight, workplace, now), goes_on, now);
+    push(hand_frame(views, workplace, now), goes_on, now);
     if (options.stepped && runs) live->advance_to(now);
     if (goes_on) record.simulated(now);
     const auto before = state;
     state = live->state();
-    if (!state->trouble.empty() && before->trouble.empty())
-        options.notify("the simulation has ended: " + state->trouble);
-    notices.follow(*state, tick.time);
-    if (options.hands_only || !state->trouble.empty()) return;  // no deformation, no latency
+    if (!state->failure.empty() && before->failure.empty())
+        options.notify("the simulation has ended: " + state->failure);
+    notices.follow(*state, timing.time);
+    if (options.hands_only || !state->failure.empty()) return;  // no deformation, no latency
     // The state contains the effect of the hands sampled when its frame began.
     const double computing = options.stepped ? 0 : state->frame.times.solver;
     parts.latency = std::max(0.0, now - (state->time - computing));
 }
 
-void HeadsetLoop::poke(const HeadsetViews& sight)
+void HeadsetLoop::poke(const HeadsetViews& views)
 {
     if (!options.panel) return;
     const Joint<float> at = HeadsetPanel::pose(options.workplace, panel_side);
     for (const Side side : {left, right}) {
-        const Hand hand = in_hands(workplace, sight.hands[std::size_t(side)].hand);
+        const Hand hand = in_hands(workplace, views.hands[std::size_t(side)].hand);
         const Vec3<float> tip = rotate(conjugate(at.q), hand.joints[index_tip].p - at.p);
         const bool seen = hand.tracked && hand.valid[index_tip];
-        if (const auto command = panel.poke(side, tip, seen, tick.time)) apply(*command, sight);
+        if (const auto command = panel.poke(side, tip, seen, timing.time)) apply(*command, views);
     }
 }
 
 // While clay is carried, the tools are absent.
-void HeadsetLoop::tell_hands()
+void HeadsetLoop::publish_hands()
 {
-    HandsOptions visible = hands.options();
-    if (holding) visible.present[left] = visible.present[right] = false;
-    live->set_hands(visible);
+    HandsOptions published = hands.options();
+    if (carrying) published.present[left] = published.present[right] = false;
+    live->set_hands(published);
     live->set_gravity(desk.gravity_of(*state));
 }
 
-void HeadsetLoop::hold_clay(const HandFrame& given)
+void HeadsetLoop::carry_clay(const HandFrame& given)
 {
-    const Carry::Answer answer = hold.frame(given, hands.options(), *meshes_of(*state));
+    const Carry::Answer answer = carry.frame(given, hands.options(), *meshes_of(*state));
     if (answer.zoom != 1) hands.set_zoom(clamp(hands.options().zoom / answer.zoom, 0.05, 50.0));
     // No gravity while clay is carried: it must not fall or accelerate.
     if (answer.took) live->set_gravity({0, 0, 0});
@@ -264,7 +264,7 @@ void HeadsetLoop::hold_clay(const HandFrame& given)
         if (objects[i].category == *answer.category) live->move_clay(int(i), answer.motion);
 }
 
-void HeadsetLoop::apply(const PanelCommand& command, const HeadsetViews& sight)
+void HeadsetLoop::apply(const PanelCommand& command, const HeadsetViews& views)
 {
     panel_age = 0;
     switch (command.act) {
@@ -272,20 +272,20 @@ void HeadsetLoop::apply(const PanelCommand& command, const HeadsetViews& sight)
             paused = !paused;
             return record.pause(paused);
         case PanelAct::recentre:
-            workplace = before_head(head_of(sight), options.workplace);
+            workplace = before_head(head_of(views), options.workplace);
             return;
         case PanelAct::posture:
             floor = floor == Floor::seated ? Floor::standing : Floor::seated;
             headset->set_floor(floor);
-            place_anew = true;
+            replace_workplace = true;
             return;
         case PanelAct::side:
             panel_side = panel_side == left ? right : left;
             return;
         case PanelAct::hold:
-            holding = !holding;
-            hold = {};
-            return tell_hands();
+            carrying = !carrying;
+            carry = {};
+            return publish_hands();
         case PanelAct::quit:
             leaving = true;
             runtime([&] { headset->leave(); });
@@ -295,8 +295,8 @@ void HeadsetLoop::apply(const PanelCommand& command, const HeadsetViews& sight)
             if (command.act == PanelAct::scene || command.act == PanelAct::cells)
                 record.begins_by("scene");
             desk.apply(command, *state, *live, hands);
-            if (holding) tell_hands();
-            if (options.stepped) live->settle();
+            if (carrying) publish_hands();
+            if (options.stepped) live->wait_for_commands();
     }
 }
 
@@ -304,21 +304,20 @@ HeadsetPicture HeadsetLoop::picture_of(std::vector<HandLook> looks, bool repaint
 {
     if (repaint) {
         PanelView seen = desk.view(*state, hands);
-        seen.paused = paused, seen.holding = holding;
+        seen.paused = paused, seen.carrying = carrying;
         seen.standing = headset->facts().floor == Floor::standing;
-        seen.notice = notices.at(tick.time);
+        seen.notice = notices.at(timing.time);
         panel.draw(canvas, seen, end.figures);
     }
-    HeadsetPicture picture{*state,    std::move(looks),       hands.options(),
-                           workplace, float(options.nearest), repaint ? &canvas : nullptr,
+    HeadsetPicture picture{*state,    std::move(looks),          hands.options(),
+                           workplace, float(options.near_plane), repaint ? &canvas : nullptr,
                            {}};
     if (options.panel) picture.panel = HeadsetPanel::pose(options.workplace, panel_side);
     picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
     picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
     picture.at_once = options.stepped, picture.now = time.time();
-    const double period = tick.period > 0 ? tick.period : EyesOptions::usual_period(options);
-    if (!options.stepped && options.least_scale < 1)
-        picture.budget = EyesOptions::gl_share * period;
+    const double period = timing.period > 0 ? timing.period : EyesOptions::usual_period(options);
+    if (!options.stepped && options.min_scale < 1) picture.budget = EyesOptions::gl_share * period;
     return picture;
 }
 
@@ -326,7 +325,7 @@ HeadsetPicture HeadsetLoop::picture_of(std::vector<HandLook> looks, bool repaint
 void HeadsetLoop::rehearse()
 {
     live->rehearse();
-    live->settle();
+    live->wait_for_commands();
     state = live->state();
     std::vector<HandLook> looks = HeadsetHands::open(hands.options()).looks();
     for (HandLook& look : looks) look.opacity = 1;  // opaque hands cast shadows
@@ -335,22 +334,22 @@ void HeadsetLoop::rehearse()
 }
 
 // Returns false if drawing fails, with a message the first time.
-bool HeadsetLoop::draw(const HeadsetViews& sight, FrameParts& parts)
+bool HeadsetLoop::draw(const HeadsetViews& views, FrameParts& parts)
 {
     constexpr int often = 9;  // interval of the graph [frames]
     const bool repaints = options.panel && (panel_age++ % often == 0 || panel.moves());
     try {
         const HeadsetPicture picture = picture_of(hands.looks(), repaints);
-        const EyesDrawn drawn = drawing([&] { return eyes->draw(sight, picture); });
+        const EyesDrawn drawn = drawing([&] { return eyes->draw(views, picture); });
         end.gl_errors = eyes->gl_errors();
         parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;
         parts.splats = drawn.splats;
     } catch (const std::exception& e) {
-        if (undrawn.empty()) options.notify(std::string("drawing failed: ") + e.what());
-        undrawn = e.what();
+        if (draw_error.empty()) options.notify(std::string("drawing failed: ") + e.what());
+        draw_error = e.what();
         return false;
     }
-    undrawn.clear();
+    draw_error.clear();
     ++end.drawn;
     return true;
 }

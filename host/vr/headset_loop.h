@@ -27,21 +27,22 @@ struct HeadsetLoopOptions {
     std::string scene;                  // path; the panel lists the scenes of its folder
     std::vector<std::string> settings;  // --set, for all scenes
     int frames = 0;                     // display frames to draw, without paused ones; 0: no limit
-    double nearest = 0.05;              // near plane [m]
+    double near_plane = 0.05;           // near plane [m]
     int samples = 0;  // per pixel; 0: 1 on a CPU; on a GPU 4, or 1 if that is too slow
     // Real time: lower limit of the linear resolution scale, which is reduced if drawing is too
     // slow.
-    double least_scale = 0.5;
+    double min_scale = 0.5;
     double foveate = 0;  // angle from a lens's axis with full splat resolution [deg]; 0: no limit
     bool sound = true;   // acoustic feedback, in real time only
     // Both must be thread-safe.
     std::function<void(const std::string&)> notify;  // messages for the user
-    std::function<bool()> stop;                      // true: the user has interrupted
+    std::function<bool()> should_stop;               // true: the user has interrupted
 };
 
-// Options of the live session. `clock`: the session's time [s]; `acted`: LiveOptions::acted.
+// Options of the live session. `clock`: the session's time [s]; `on_action`:
+// LiveOptions::on_action.
 LiveOptions live_options(const HeadsetLoopOptions& options, std::function<double()> clock,
-                         std::function<void(const HandAction&)> acted);
+                         std::function<void(const HandAction&)> on_action);
 
 struct HeadsetEnd {
     std::string reason;  // why the session ended; "": on request
@@ -54,15 +55,15 @@ struct HeadsetEnd {
     double rate = 0;                         // of the display [1/s]; 0: unknown
     double length = 0;                       // of the session, from its first frame [s]
     long particles = 0;
-    long drawn = 0;       // display frames drawn, both eyes each
-    int gl_errors = 0;    // raised by the project's drawing
-    int stray = 0;        // GL errors left by the runtime
-    int renewals = 0;     // sessions lost and recreated
-    double left_out = 0;  // stepped time: display time that was not simulated [s]
-    bool shared = false;  // clay and splats reach OpenGL without a copy through the host
+    long drawn = 0;              // display frames drawn, both eyes each
+    int gl_errors = 0;           // raised by the project's drawing
+    int runtime_gl_errors = 0;   // GL errors left by the runtime
+    int sessions_recreated = 0;  // sessions lost and recreated
+    double left_out = 0;         // stepped time: display time that was not simulated [s]
+    bool shared = false;         // clay and splats reach OpenGL without a copy through the host
 };
 
-// The session of `knead vr`. One thread calls open(), turn() until it returns false, and close();
+// The session of `knead vr`. One thread calls open(), step() until it returns false, and close();
 // another thread may call results() while it holds the gate.
 class HeadsetSession {
   public:
@@ -75,13 +76,13 @@ class HeadsetSession {
     virtual void open() = 0;
     // One round of the loop; false when the session is over: left by the user, ended by the
     // runtime, or all frames drawn.
-    virtual bool turn() = 0;
+    virtual bool step() = 0;
     // Call once; ends simulation and recording. `reason`: default for HeadsetEnd::reason.
     virtual HeadsetEnd results(const std::string& reason) = 0;
     virtual void close() = 0;
     // Whether the loop depends on the runtime: the session is visible, is being recreated or is
     // ending. Only then does a call that does not return count as a lost runtime.
-    virtual bool awaited() const = 0;
+    virtual bool needs_runtime() const = 0;
 };
 
 }  // namespace knead

@@ -20,10 +20,10 @@ class HeadsetLoop : public HeadsetSession {
   public:
     HeadsetLoop(std::shared_ptr<const LiveScene> scene, HeadsetLoopOptions options, CallGate& gate);
     void open() override;
-    bool turn() override;
+    bool step() override;
     HeadsetEnd results(const std::string& reason) override;
     void close() override;
-    bool awaited() const override { return in_view || lost || leaving; }
+    bool needs_runtime() const override { return visible || lost || leaving; }
 
   private:
     // Calls into the runtime, and into OpenGL, which may wait for the runtime. Either may never
@@ -31,25 +31,25 @@ class HeadsetLoop : public HeadsetSession {
     template <class Call>
     auto runtime(const Call& call)
     {
-        return gate.outside(true, call);
+        return gate.call_unlocked(true, call);
     }
     template <class Call>
     auto drawing(const Call& call)
     {
-        return gate.outside(false, call);
+        return gate.call_unlocked(false, call);
     }
     void frame();
-    void simulate(const HeadsetViews& sight, bool runs, FrameParts& parts);
+    void simulate(const HeadsetViews& views, bool runs, FrameParts& parts);
     void push(HandFrame given, bool runs, double now);
     void follow_history();
     HeadsetPicture picture_of(std::vector<HandLook> looks, bool repaint);
     void rehearse();
-    bool draw(const HeadsetViews& sight, FrameParts& parts);
-    void poke(const HeadsetViews& sight);
-    void hold_clay(const HandFrame& given);
-    void tell_hands();
-    void apply(const PanelCommand& command, const HeadsetViews& sight);
-    void look_for_end(const HeadsetEvents& news);
+    bool draw(const HeadsetViews& views, FrameParts& parts);
+    void poke(const HeadsetViews& views);
+    void carry_clay(const HandFrame& given);
+    void publish_hands();
+    void apply(const PanelCommand& command, const HeadsetViews& views);
+    void check_end(const HeadsetEvents& events);
 
     CallGate& gate;
     std::shared_ptr<const LiveScene> first_scene;
@@ -63,17 +63,17 @@ class HeadsetLoop : public HeadsetSession {
     HeadsetHands hands;
     Workplace workplace;
     HeadsetEnd end;
-    FrameTiming tick;
-    bool ran = false;         // simulated time advanced in the previous frame
-    bool pictured = false;    // a frame was submitted since the OpenXR session began
-    bool started = false;     // the simulation was started
-    double last_shown = -1;   // FrameTiming::time of the previous frame [s]; negative: it was not
-                              // displayed
-    double began = -1;        // wall time of the first frame [s]; negative: none yet
-    bool anew = false;        // restart the hand filter with the next frame
-    bool place_anew = false;  // move the clay before the head, once that is located
+    FrameTiming timing;
+    bool ran = false;              // simulated time advanced in the previous frame
+    bool frame_submitted = false;  // a frame was submitted since the OpenXR session began
+    bool started = false;          // the simulation was started
+    double last_shown = -1;  // FrameTiming::time of the previous frame [s]; negative: it was not
+                             // displayed
+    double began = -1;       // wall time of the first frame [s]; negative: none yet
+    bool restart_filter = false;     // restart the hand filter with the next frame
+    bool replace_workplace = false;  // move the clay before the head, once that is located
     Floor floor = Floor::seated;
-    bool leaving = false, in_view = false, lost = false;
+    bool leaving = false, visible = false, lost = false;
     bool finished = false;  // results() was called
     int frames = 0;         // pushed to the simulation
     int history = 0;        // of the current state
@@ -84,12 +84,12 @@ class HeadsetLoop : public HeadsetSession {
     PanelCanvas canvas;
     Side panel_side = left;
     bool paused = false;
-    Carry hold;
-    bool holding = false;  // hands carry clay instead of shaping it
-    int panel_age = 0;     // frames since it was painted; 0: repaint
-    std::string undrawn;   // reason of the last drawing failure; "": none
+    Carry carry;
+    bool carrying = false;   // hands carry clay instead of shaping it
+    int panel_age = 0;       // frames since it was painted; 0: repaint
+    std::string draw_error;  // reason of the last drawing failure; "": none
     HeadsetNotices notices;
-    HeadsetFeel felt;
+    HeadsetFeel feedback;
 };
 
 }  // namespace knead

@@ -3,18 +3,18 @@
 namespace knead {
 
 LiveOptions live_options(const HeadsetLoopOptions& options, std::function<double()> clock,
-                         std::function<void(const HandAction&)> acted)
+                         std::function<void(const HandAction&)> on_action)
 {
     LiveOptions live;
-    live.make = [device = options.device](const Setup& setup) {
+    live.make_solver = [device = options.device](const Setup& setup) {
         return make_solver(setup, device);
     };
-    live.stepped = live.from_zero = options.stepped;
-    live.stop = options.stop;
-    live.recorded = options.recorded, live.moving = true;
-    live.paused = options.hands_only, live.waits = !options.stepped;
+    live.stepped = live.restarts_time = options.stepped;
+    live.should_stop = options.should_stop;
+    live.recorded = options.recorded, live.with_motion = true;
+    live.paused = options.hands_only, live.manual_start = !options.stepped;
     live.clock = std::move(clock);
-    live.acted = std::move(acted);
+    live.on_action = std::move(on_action);
     return live;
 }
 

@@ -49,7 +49,7 @@ std::string label_of(const PanelCommand& command, const PanelView& view)
         case PanelAct::side:
             return "OTHER SIDE";
         case PanelAct::hold:
-            return view.holding ? "SHAPE" : "HOLD";
+            return view.carrying ? "SHAPE" : "HOLD";
         case PanelAct::quit:
             return "QUIT";
         default:
@@ -234,8 +234,8 @@ void HeadsetPanel::draw(PanelCanvas& canvas, const PanelView& view,
 {
     canvas.fill({0, 0, width, height}, ground);
     const PanelRect top = row(0, 0, 1);
-    if (!view.trouble.empty())
-        centred_lines(canvas, top, "ENDED: " + view.trouble, alarm);
+    if (!view.failure.empty())
+        centred_lines(canvas, top, "ENDED: " + view.failure, alarm);
     else if (!view.notice.empty())
         centred_lines(canvas, top, view.notice, ink);
     else
@@ -260,7 +260,7 @@ void HeadsetPanel::draw_item(PanelCanvas& canvas, const PanelItem& item,
     const PanelAct act = item.command.act;
     const bool on = (act == PanelAct::gravity && view.gravity) ||
                     (act == PanelAct::pause && view.paused) ||
-                    (act == PanelAct::hold && view.holding);
+                    (act == PanelAct::hold && view.carrying);
     canvas.fill(item.rect, down && !item.held ? held : on ? lit : plain);
     PanelRect share = item.rect;
     share.width *= std::max(0.f, progress(item));

@@ -38,12 +38,12 @@ struct PanelCommand {
 // What the panel shows.
 struct PanelView {
     std::string scene, material, left_tool, right_tool;
-    std::string trouble;              // why the simulation has ended; "": it has not
+    std::string failure;              // why the simulation has ended; "": it has not
     std::string notice;               // shown for some seconds; "": none
     float stiffness = 0, yield = -1;  // slider positions, 0 to 1; negative: the material has none
     int nodes = 0;                    // of the solver's lattice, along x
     int surface = 0;                  // of the surface's lattice, along its longest side
-    bool gravity = true, paused = false, holding = false, standing = false;
+    bool gravity = true, paused = false, carrying = false, standing = false;
 };
 
 struct PanelItem {

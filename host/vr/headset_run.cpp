@@ -34,7 +34,7 @@ struct HeadsetRun::Shared {
     std::optional<HeadsetEnd> end;
     std::exception_ptr failure;  // of open()
 
-    void live();
+    void run_session();
     void take(const std::string& reason)
     {
         if (!end) end = session->results(reason);
@@ -42,13 +42,13 @@ struct HeadsetRun::Shared {
 };
 
 // Keeps the results of an opened session, however it ends.
-void HeadsetRun::Shared::live()
+void HeadsetRun::Shared::run_session()
 {
     gate.begin();
     try {
         session->open();
         opened = true;
-        while (session->turn()) {
+        while (session->step()) {
         }
         take("");
         session->close();
@@ -66,12 +66,12 @@ HeadsetRun::HeadsetRun(std::shared_ptr<const LiveScene> scene, const HeadsetLoop
     : shared(std::make_shared<Shared>()), options(by)
 {
     shared->session = HeadsetSession::make(std::move(scene), options, shared->gate);
-    thread = std::make_unique<AbandonableThread>([all = shared] { all->live(); });
+    thread = std::make_unique<AbandonableThread>([all = shared] { all->run_session(); });
 }
 
 HeadsetRun::~HeadsetRun()
 {
-    const Patience longest = options.stop() ? interrupted_end : at_its_end;
+    const Patience longest = options.should_stop() ? interrupted_end : at_its_end;
     const double start = wall_seconds();
     while (!thread->finished_within(look_every))
         if (shared->gate.blocked() > longest.call || wall_seconds() - start > longest.all) return;
@@ -83,7 +83,7 @@ HeadsetEnd HeadsetRun::wait()
     bool reported = false;
     while (!thread->finished_within(look_every)) {
         const double blocked = shared->gate.blocked();
-        if (!interrupted_at && options.stop()) interrupted_at = wall_seconds();
+        if (!interrupted_at && options.should_stop()) interrupted_at = wall_seconds();
         if (blocked > long_call && !std::exchange(reported, true))
             options.notify(xr::no_answer(long_call) +
                            "; Ctrl-C ends the session and writes its results");
@@ -92,7 +92,7 @@ HeadsetEnd HeadsetRun::wait()
         const bool lost = blocked > options.headset.patience;
         if (!shared->gate.enter(0)) continue;
         // A runtime may block the frames of a session that is not visible: not counted as lost.
-        if (!shared->end && (late || (lost && shared->session->awaited())))
+        if (!shared->end && (late || (lost && shared->session->needs_runtime())))
             shared->take(late ? "" : xr::no_answer(options.headset.patience));
         const bool done = shared->end.has_value();
         shared->gate.leave();

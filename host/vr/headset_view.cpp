@@ -42,7 +42,7 @@ Hand in_hands(const Workplace& workplace, const Hand& hand)
 }
 
 EyeView eye_view(const EyePlace& eye, int width, int height, const Workplace& workplace,
-                 const HandsOptions& hands, float nearest)
+                 const HandsOptions& hands, float near_plane)
 {
     const Joint<float> pose = in_hands(workplace, eye.pose);
     const float zoom = float(hands.zoom);
@@ -51,7 +51,7 @@ EyeView eye_view(const EyePlace& eye, int width, int height, const Workplace& wo
     view.rotation = unit(pose.q);
     view.left = std::tan(eye.field.left), view.right = std::tan(eye.field.right);
     view.down = std::tan(eye.field.down), view.up = std::tan(eye.field.up);
-    view.near = zoom * nearest;
+    view.near = zoom * near_plane;
     view.width = width, view.height = height;
     return view;
 }
@@ -64,9 +64,9 @@ std::array<float, 4> clip_of(const EyeView& view, Vec3<float> point)
             (2 * p.y + (view.up + view.down) * p.z) / height, view.near, -p.z};
 }
 
-Joint<float> head_of(const HeadsetViews& sight)
+Joint<float> head_of(const HeadsetViews& views)
 {
-    return between(sight.eyes[0].pose, sight.eyes[1].pose, 0.5f);
+    return between(views.eyes[0].pose, views.eyes[1].pose, 0.5f);
 }
 
 HandsOptions live_hands(const Scene& scene)

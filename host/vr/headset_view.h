@@ -26,11 +26,11 @@ Hand in_hands(const Workplace& workplace, const Hand& hand);
 
 // View of an eye in the simulation's frame. `nearest`: near plane in the headset's frame [m].
 EyeView eye_view(const EyePlace& eye, int width, int height, const Workplace& workplace,
-                 const HandsOptions& hands, float nearest);
+                 const HandsOptions& hands, float near_plane);
 // Transforms a point of the world to the clip space of an eye; depth is near / distance.
 std::array<float, 4> clip_of(const EyeView& view, Vec3<float> point);
 // Pose of the head: the mean of both eyes.
-Joint<float> head_of(const HeadsetViews& sight);
+Joint<float> head_of(const HeadsetViews& views);
 
 // The scene's hands; if it has none, bare hands scaled so that its objects fit into them.
 HandsOptions live_hands(const Scene& scene);

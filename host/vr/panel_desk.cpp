@@ -191,7 +191,7 @@ PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands)
     shown.scene = std::filesystem::path(scenes[scene]).stem().string();
     shown.material = preset + (touched ? " (CHANGED)" : "");
     shown.left_tool = hands.options().held[left], shown.right_tool = hands.options().held[right];
-    shown.trouble = state.trouble;
+    shown.failure = state.failure;
     shown.stiffness = slider_share("young", material);
     shown.yield = has("yield", material) ? slider_share("yield", material) : -1;
     if (state.scene) shown.nodes = state.scene->scene.setup.lattice.size.x;

@@ -39,7 +39,7 @@ struct PanelModel {
     double gravity = 9.81;  // downwards [m/s^2]
     TimeGraph graph;
     std::vector<std::string> facts;  // lines of text: solver, renderer, frames, lag
-    std::string trouble, notice;     // "" none
+    std::string failure, notice;     // "" none
     double noticed = 0;              // time that the notice has been shown [s]
     std::string question, answer;    // question to confirm, label of its button; "": none
 
@@ -57,7 +57,7 @@ struct PanelRequests {
     std::optional<int> load, tool;
     std::optional<bool> pause, recorded;
     std::optional<double> gravity;
-    bool reset = false, step = false, frame_camera = false, screenshot = false, film = false;
+    bool reset = false, step = false, fit_camera = false, screenshot = false, film = false;
     std::optional<bool> confirm;  // the answer to the question
     // Of the selected object: preset chosen, slider moved.
     bool preset = false, material = false;

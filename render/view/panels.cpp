@@ -51,25 +51,25 @@ bool slide(const char* label, double& value, double low, double high, const char
     return true;
 }
 
-void scene_part(PanelModel& m, PanelRequests& asks)
+void scene_part(PanelModel& m, PanelRequests& requests)
 {
     if (!ImGui::CollapsingHeader("Scene", ImGuiTreeNodeFlags_DefaultOpen)) return;
-    if (combo("##scene", m.scene, m.scenes)) asks.load = m.scene;
+    if (combo("##scene", m.scene, m.scenes)) requests.load = m.scene;
     ImGui::SameLine();
-    if (ImGui::Button("Frame")) asks.frame_camera = true;
-    if (ImGui::Button(m.paused ? "Play" : "Pause")) asks.pause = !m.paused;
+    if (ImGui::Button("Frame")) requests.fit_camera = true;
+    if (ImGui::Button(m.paused ? "Play" : "Pause")) requests.pause = !m.paused;
     ImGui::SameLine();
-    if (ImGui::Button("Step")) asks.step = true;
+    if (ImGui::Button("Step")) requests.step = true;
     ImGui::SameLine();
-    if (ImGui::Button("Reset")) asks.reset = true;
+    if (ImGui::Button("Reset")) requests.reset = true;
     if (m.has_recording) {
         bool on = m.recorded;
-        if (ImGui::Checkbox("Recorded hands", &on)) asks.recorded = on;
+        if (ImGui::Checkbox("Recorded hands", &on)) requests.recorded = on;
     }
-    if (slide("Gravity", m.gravity, 0, 20, "%.2f m/s2", 0)) asks.gravity = m.gravity;
+    if (slide("Gravity", m.gravity, 0, 20, "%.2f m/s2", 0)) requests.gravity = m.gravity;
 }
 
-void material_part(PanelModel& m, PanelRequests& asks)
+void material_part(PanelModel& m, PanelRequests& requests)
 {
     if (!ImGui::CollapsingHeader("Material", ImGuiTreeNodeFlags_DefaultOpen)) return;
     if (m.objects.empty()) return ImGui::TextUnformatted("No objects.");
@@ -78,21 +78,21 @@ void material_part(PanelModel& m, PanelRequests& asks)
     m.object = std::clamp(m.object, 0, int(names.size()) - 1);
     if (names.size() > 1) combo("Object", m.object, names);
     ObjectPanel& o = m.objects[std::size_t(m.object)];
-    if (combo("Preset", o.preset, m.presets)) asks.preset = true;
+    if (combo("Preset", o.preset, m.presets)) requests.preset = true;
     for (Slider& s : o.sliders) {
         const std::string format = "%.4g " + s.unit;
         const ImGuiSliderFlags flags = s.logarithmic ? ImGuiSliderFlags_Logarithmic : 0;
         if (slide(s.name.c_str(), s.value, s.low, s.high, format.c_str(), flags))
-            asks.material = true;
+            requests.material = true;
     }
 }
 
-void hand_part(PanelModel& m, PanelRequests& asks)
+void hand_part(PanelModel& m, PanelRequests& requests)
 {
     if (!ImGui::CollapsingHeader("Hand and tools", ImGuiTreeNodeFlags_DefaultOpen)) return;
     ImGui::Checkbox("The mouse leads a hand (H)", &m.hand);
     int tool = m.tool;
-    if (combo("Holds", tool, m.tools)) asks.tool = tool;
+    if (combo("Holds", tool, m.tools)) requests.tool = tool;
     combo("Posture", m.posture, m.postures);
     slide("Press", m.press, 0.01, 0.4, "%.2f m");
     slide("Tilt", m.tilt, -1.5, 1.5, "%.2f rad");
@@ -151,7 +151,7 @@ void time_part(const PanelModel& m)
 // Error and notice, at the lower edge.
 void said(const PanelModel& m)
 {
-    if (m.trouble.empty() && m.notice.empty()) return;
+    if (m.failure.empty() && m.notice.empty()) return;
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({screen.x / 2, screen.y - 12}, ImGuiCond_Always, {0.5f, 1});
     ImGui::SetNextWindowSizeConstraints({200, 0}, {std::max(220.0f, 0.7f * screen.x), 400});
@@ -159,8 +159,8 @@ void said(const PanelModel& m)
                                    ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoNav;
     ImGui::Begin("said", nullptr, flags);
     ImGui::PushTextWrapPos(0.68f * screen.x);
-    if (!m.trouble.empty()) {
-        ImGui::TextColored({1, 0.5f, 0.4f, 1}, "The simulation has ended: %s", m.trouble.c_str());
+    if (!m.failure.empty()) {
+        ImGui::TextColored({1, 0.5f, 0.4f, 1}, "The simulation has ended: %s", m.failure.c_str());
         ImGui::TextUnformatted("Reset begins it anew.");
     }
     if (!m.notice.empty()) ImGui::TextUnformatted(m.notice.c_str());
@@ -169,7 +169,7 @@ void said(const PanelModel& m)
 }
 
 // Confirmation dialog before clay is discarded, above error and notice.
-void question_part(const PanelModel& m, PanelRequests& asks)
+void question_part(const PanelModel& m, PanelRequests& requests)
 {
     if (m.question.empty()) return;
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
@@ -182,9 +182,9 @@ void question_part(const PanelModel& m, PanelRequests& asks)
     ImGui::PushTextWrapPos(0.9f * across);
     ImGui::TextUnformatted(m.question.c_str());
     ImGui::PopTextWrapPos();
-    if (ImGui::Button(m.answer.c_str())) asks.confirm = true;
+    if (ImGui::Button(m.answer.c_str())) requests.confirm = true;
     ImGui::SameLine();
-    if (ImGui::Button("Keep the clay (Esc)")) asks.confirm = false;
+    if (ImGui::Button("Keep the clay (Esc)")) requests.confirm = false;
     ImGui::End();
 }
 
@@ -203,7 +203,7 @@ float panels_across() { return 8 + wide * std::max(1.0f, ImGui::GetIO().FontGlob
 
 PanelRequests build_panels(PanelModel& m)
 {
-    PanelRequests asks;
+    PanelRequests requests;
     if (m.open) {
         const float scale = std::max(1.0f, ImGui::GetIO().FontGlobalScale);
         const float high = ImGui::GetIO().DisplaySize.y - 16;
@@ -212,20 +212,20 @@ PanelRequests build_panels(PanelModel& m)
                                             {scale * wide, std::max(high, 50.f)});
         ImGui::Begin("Knead", nullptr, ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize);
         ImGui::PushItemWidth(0.58f * scale * wide);
-        scene_part(m, asks);
-        material_part(m, asks);
-        hand_part(m, asks);
+        scene_part(m, requests);
+        material_part(m, requests);
+        hand_part(m, requests);
         time_part(m);
-        if (ImGui::Button("Screenshot (F12)")) asks.screenshot = true;
+        if (ImGui::Button("Screenshot (F12)")) requests.screenshot = true;
         ImGui::SameLine();
-        if (ImGui::Button(m.filming ? "Stop film" : "Film")) asks.film = true;
+        if (ImGui::Button(m.filming ? "Stop film" : "Film")) requests.film = true;
         ImGui::TextDisabled("Tab hides this.");
         ImGui::PopItemWidth();
         ImGui::End();
     }
-    question_part(m, asks);
+    question_part(m, requests);
     said(m);
-    return asks;
+    return requests;
 }
 
 }  // namespace knead

@@ -66,41 +66,44 @@ Glfw load()
 }
 
 // Data written by the GLFW callbacks.
-struct Heard {
+struct WindowInput {
     std::vector<InputEvent> events;
     double scale = 1;     // framebuffer pixels per window unit
     bool damaged = true;  // must be redrawn
 };
-Heard& heard(GLFWwindow* window) { return *static_cast<Heard*>(glfw().user(window)); }
+WindowInput& input_of(GLFWwindow* window)
+{
+    return *static_cast<WindowInput*>(glfw().user(window));
+}
 
-void listen(const Glfw& g, GLFWwindow* window)
+void install_callbacks(const Glfw& g, GLFWwindow* window)
 {
     g.on_key(window, [](GLFWwindow* w, int key, int, int action, int) {
         if (action == GLFW_REPEAT) return;
         InputEvent e{InputEvent::key};
         e.code = key, e.down = action == GLFW_PRESS;
-        heard(w).events.push_back(e);
+        input_of(w).events.push_back(e);
     });
     g.on_text(window, [](GLFWwindow* w, unsigned letter) {
         InputEvent e{InputEvent::text};
         e.code = int(letter);
-        heard(w).events.push_back(e);
+        input_of(w).events.push_back(e);
     });
     g.on_move(window, [](GLFWwindow* w, double x, double y) {
-        const double scale = heard(w).scale;
-        heard(w).events.push_back({InputEvent::move, scale * x, scale * y});
+        const double scale = input_of(w).scale;
+        input_of(w).events.push_back({InputEvent::move, scale * x, scale * y});
     });
     g.on_button(window, [](GLFWwindow* w, int button, int action, int) {
         InputEvent e{InputEvent::button};
         e.code = button, e.down = action == GLFW_PRESS;
-        heard(w).events.push_back(e);
+        input_of(w).events.push_back(e);
     });
     g.on_wheel(window, [](GLFWwindow* w, double x, double y) {
-        heard(w).events.push_back({InputEvent::wheel, x, y});
+        input_of(w).events.push_back({InputEvent::wheel, x, y});
     });
-    g.on_refresh(window, [](GLFWwindow* w) { heard(w).damaged = true; });
-    g.on_size(window, [](GLFWwindow* w, int, int) { heard(w).damaged = true; });
-    g.on_iconify(window, [](GLFWwindow* w, int) { heard(w).damaged = true; });
+    g.on_refresh(window, [](GLFWwindow* w) { input_of(w).damaged = true; });
+    g.on_size(window, [](GLFWwindow* w, int, int) { input_of(w).damaged = true; });
+    g.on_iconify(window, [](GLFWwindow* w, int) { input_of(w).damaged = true; });
 }
 
 class GlfwWindow final : public Window {
@@ -136,7 +139,7 @@ class GlfwWindow final : public Window {
     void measure();
 
     GLFWwindow* window_ = nullptr;
-    Heard heard_;
+    WindowInput heard_;
     int width_ = 0, height_ = 0, hidden_ = 0;
 };
 
@@ -163,7 +166,7 @@ GlfwWindow::GlfwWindow(const std::string& title, int width, int height)
     }
     g.swap_interval(1);
     g.set_user(window_, &heard_);
-    listen(g, window_);
+    install_callbacks(g, window_);
     measure();
     ImGui::CreateContext();
     ImGuiIO& io = ImGui::GetIO();
@@ -223,10 +226,10 @@ PanelRequests GlfwWindow::panels(PanelModel& model, const InputState& input, dou
     for (const int letter : input.typed()) io.AddInputCharacter(unsigned(letter));
     ImGui_ImplOpenGL3_NewFrame();
     ImGui::NewFrame();
-    const PanelRequests asks = build_panels(model);
+    const PanelRequests requests = build_panels(model);
     hidden_ = model.open ? int(panels_across()) : 0;
     ImGui::Render();
-    return asks;
+    return requests;
 }
 
 void GlfwWindow::draw_panels()

@@ -37,7 +37,7 @@ TEST(CallGate, lets_others_in_during_a_call_and_the_worker_on_when_they_have_lef
         owned = 1;
         began = true;
         while (!may_call) std::this_thread::yield();
-        gate.outside(true, [&] { call(); });
+        gate.call_unlocked(true, [&] { call(); });
         owned = 3;
         ended = true;
         gate.end();
@@ -65,7 +65,8 @@ TEST(CallGate, is_the_workers_again_after_a_call_that_throws)
 {
     CallGate gate;
     gate.begin();
-    EXPECT_THROW(gate.outside(true, [] { throw std::runtime_error("lost"); }), std::runtime_error);
+    EXPECT_THROW(gate.call_unlocked(true, [] { throw std::runtime_error("lost"); }),
+                 std::runtime_error);
     bool entered = true;
     std::thread([&] { entered = gate.enter(0); }).join();
     EXPECT_FALSE(entered);

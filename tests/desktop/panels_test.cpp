@@ -60,41 +60,41 @@ TEST(ViewPanels, KnowTheScenesBesideTheirOwn)
 TEST(ViewPanels, WhatIsAskedForReachesTheSolver)
 {
     LiveOptions options;
-    options.make = [](const auto& setup) { return cpu_solver(setup); };
+    options.make_solver = [](const auto& setup) { return cpu_solver(setup); };
     options.stepped = true;
     const std::vector<std::string> small{"domain.cells=16", "surface.nodes=32"};
     LiveSession session(load_live_scene("scenes/squeeze.json", small), options);
-    session.settle();
+    session.wait_for_commands();
     ViewPanels panels("scenes/squeeze.json");
     panels.follow(*session.state());
     ASSERT_EQ(panels.model.objects.size(), 1u);
     EXPECT_EQ(panels.model.scenes.at(std::size_t(panels.model.scene)), "squeeze");
     EXPECT_TRUE(panels.model.recorded);
     EXPECT_DOUBLE_EQ(panels.model.gravity, 9.81);
-    PanelRequests asks;
-    asks.gravity = 3, asks.tool = 5, asks.material = true;
+    PanelRequests requests;
+    requests.gravity = 3, requests.tool = 5, requests.material = true;
     for (Slider& s : panels.model.objects[0].sliders)
         if (s.name == "Stiffness") s.value = 2e5;
-    panels.apply(asks, session, *session.state());
+    panels.apply(requests, session, *session.state());
     session.inspect_solver([](const Simulator& s) {
         EXPECT_EQ(s.editable()->config().gravity.y, -3);
         EXPECT_NEAR(s.editable()->config().materials[0].mu, 2e5 / 2.6, 1);
         EXPECT_TRUE(s.editable()->config().tools[1].blade);
     });
     session.pause(true);
-    session.settle();
+    session.wait_for_commands();
     panels.follow(*session.state());
     EXPECT_TRUE(panels.model.paused);
     EXPECT_THROW(panels.load(1000, session), std::out_of_range);
-    asks = {};
-    asks.preset = true;
+    requests = {};
+    requests.preset = true;
     panels.model.objects[0].preset = 5;
-    panels.apply(asks, session, *session.state());
+    panels.apply(requests, session, *session.state());
     session.inspect_solver(
         [](const Simulator& s) { EXPECT_EQ(s.editable()->config().materials[0].yield, 0); });
     EXPECT_EQ(session.state()->refused, 0) << session.state()->refusal;
     session.load("scenes/nothing.json", {});
-    session.settle();
+    session.wait_for_commands();
     panels.follow(*session.state());
     EXPECT_NE(panels.model.notice.find("nothing.json"), std::string::npos);
 }
@@ -103,13 +103,13 @@ class RefusalTest : public testing::Test {
   protected:
     RefusalTest()
     {
-        session.settle();
+        session.wait_for_commands();
         panels.follow(*session.state());
     }
     static LiveOptions options()
     {
         LiveOptions by;
-        by.make = [](const auto& setup) { return cpu_solver(setup); };
+        by.make_solver = [](const auto& setup) { return cpu_solver(setup); };
         by.stepped = true;
         return by;
     }
@@ -119,10 +119,10 @@ class RefusalTest : public testing::Test {
             if (s.name == name) return s;
         throw std::out_of_range(name);
     }
-    bool apply(const PanelRequests& asks)
+    bool apply(const PanelRequests& requests)
     {
-        const bool done = panels.apply(asks, session, *session.state());
-        session.settle();
+        const bool done = panels.apply(requests, session, *session.state());
+        session.wait_for_commands();
         panels.follow(*session.state());
         return done;
     }
@@ -143,22 +143,22 @@ class RefusalTest : public testing::Test {
 TEST_F(RefusalTest, ATypedNumberThatCannotBeLeavesTheControl)
 {
     const double before = slider("Poisson").value;
-    PanelRequests asks;
-    asks.material = true;
+    PanelRequests requests;
+    requests.material = true;
     slider("Poisson").value = 2;
-    EXPECT_FALSE(apply(asks));
+    EXPECT_FALSE(apply(requests));
     EXPECT_DOUBLE_EQ(slider("Poisson").value, before);
     EXPECT_EQ(panels.model.notice, "Poisson: expected 0 to 0.499, found 2");
     slider("Stiffness").value = 1e15;
-    EXPECT_FALSE(apply(asks));
+    EXPECT_FALSE(apply(requests));
     EXPECT_NEAR(slider("Stiffness").value, young(), 1e-6);
     slider("Stiffness").value = 2e7;
-    EXPECT_TRUE(apply(asks)) << "beyond the slider, but a material that can be";
+    EXPECT_TRUE(apply(requests)) << "beyond the slider, but a material that can be";
     EXPECT_NEAR(young(), 2e7, 1);
     EXPECT_EQ(slider("Stiffness").high, 2e7);
-    asks = {};
-    asks.gravity = 1e5;
-    EXPECT_FALSE(apply(asks));
+    requests = {};
+    requests.gravity = 1e5;
+    EXPECT_FALSE(apply(requests));
     EXPECT_DOUBLE_EQ(panels.model.gravity, 9.81);
     EXPECT_EQ(session.state()->refused, 0);
 }
@@ -167,15 +167,15 @@ TEST_F(RefusalTest, ATypedNumberThatCannotBeLeavesTheControl)
 TEST_F(RefusalTest, AMaterialThatNeedsTooManySubstepsIsRefusedAndTheControlShowsWhatHolds)
 {
     const double before = young();
-    PanelRequests asks;
-    asks.material = true;
+    PanelRequests requests;
+    requests.material = true;
     slider("Stiffness").value = 1e12;
     slider("Density").value = 1;
-    apply(asks);
+    apply(requests);
     EXPECT_EQ(session.state()->refused, 1);
     EXPECT_NE(session.state()->refusal.find("most_substeps"), std::string::npos);
     EXPECT_EQ(panels.model.notice, session.state()->refusal);
-    EXPECT_EQ(session.state()->trouble, "");
+    EXPECT_EQ(session.state()->failure, "");
     EXPECT_NEAR(young(), before, 1e-6);
     EXPECT_NEAR(slider("Stiffness").value, before, 1e-6);
 }
@@ -190,7 +190,7 @@ TEST_F(RefusalTest, SettingsGoWithASceneThatIsChosenAsFarAsItTakesThem)
     const auto at = std::find(choosing.model.scenes.begin(), choosing.model.scenes.end(), "poke");
     ASSERT_NE(at, choosing.model.scenes.end());
     choosing.load(int(at - choosing.model.scenes.begin()), session);
-    session.settle();
+    session.wait_for_commands();
     const auto state = session.state();
     ASSERT_NE(state->scene->scene.path.find("poke"), std::string::npos) << state->refusal;
     const auto& setup = state->scene->scene.setup;
@@ -221,26 +221,26 @@ TEST(StillPicture, IsDrawnWholeOnceWhenNothingMoves)
     still.update(content, 1);
     EXPECT_FALSE(still.due(1.1));
     EXPECT_TRUE(still.due(1 + StillPicture::rest));
-    still.drawn_whole();
-    EXPECT_TRUE(still.whole());
+    still.drawn_full();
+    EXPECT_TRUE(still.full_resolution());
     content.meshes = ball(0.0005f);
     still.update(content, 2);
-    EXPECT_TRUE(still.whole()) << "clay that trembles by less than is seen";
+    EXPECT_TRUE(still.full_resolution()) << "clay that trembles by less than is seen";
     content.meshes = ball(0.01f);
     still.update(content, 3);
-    EXPECT_FALSE(still.whole() || still.due(3.1));
-    still.drawn_whole();
+    EXPECT_FALSE(still.full_resolution() || still.due(3.1));
+    still.drawn_full();
     content.view.position.x = 0.1f;
     still.update(content, 4);
-    EXPECT_FALSE(still.whole()) << "the camera moved";
-    still.drawn_whole();
+    EXPECT_FALSE(still.full_resolution()) << "the camera moved";
+    still.drawn_full();
     content.hands = {1, 2, 3};
     still.update(content, 5);
-    EXPECT_FALSE(still.whole()) << "a hand came";
-    still.drawn_whole();
+    EXPECT_FALSE(still.full_resolution()) << "a hand came";
+    still.drawn_full();
     still.forget();
     still.update(content, 6);
-    EXPECT_FALSE(still.whole()) << "what was drawn is lost";
+    EXPECT_FALSE(still.full_resolution()) << "what was drawn is lost";
 }
 
 }  // namespace

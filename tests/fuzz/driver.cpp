@@ -192,9 +192,9 @@ int run(const Options& o)
 {
     int found = 0;
     for (const FuzzFormat& format : fuzz_formats()) {
-        bool asked = o.words.empty();
-        for (const std::string& word : o.words) asked |= word == format.name;
-        if (!asked) continue;
+        bool selected = o.words.empty();
+        for (const std::string& word : o.words) selected |= word == format.name;
+        if (!selected) continue;
         ++found;
         if (o.list) {
             std::printf("%s\n", format.name);

@@ -13,7 +13,9 @@ namespace {
 LiveOptions rule_of(bool on_device)
 {
     LiveOptions options;
-    options.make = [](const Setup& setup) { return make_solver(setup, parse_device("cuda")); };
+    options.make_solver = [](const Setup& setup) {
+        return make_solver(setup, parse_device("cuda"));
+    };
     options.stepped = true;
     options.on_device = on_device;
     return options;
@@ -29,7 +31,7 @@ TEST(LiveOnDevice, IsTheSameSession)
     for (const double time : {0.0, 0.5, 1.0}) {
         kept.advance_to(time), fetched.advance_to(time);
         const auto a = kept.state(), b = fetched.state();
-        ASSERT_EQ(a->trouble + b->trouble, "");
+        ASSERT_EQ(a->failure + b->failure, "");
         ASSERT_TRUE(a->on_device && a->gaussians_on_device);
         ASSERT_TRUE(b->meshes && b->gaussians);
         EXPECT_FALSE(a->meshes || a->gaussians || b->on_device || b->gaussians_on_device);
@@ -67,7 +69,7 @@ TEST(LiveOnDevice, IsAsItWasThoughFramesWereRehearsed)
     for (const char* file : {"scenes/squeeze.json", "scenes/pot.json", "scenes/ground.json"}) {
         const auto scene = load_live_scene(file, {"deterministic=true"});
         LiveOptions real = rule_of(true);
-        real.stepped = false, real.waits = true;
+        real.stepped = false, real.manual_start = true;
         real.clock = [] { return 0.0; };
         LiveSession session(scene, real), wanted(scene, rule_of(true));
         const auto hash = [](LiveSession& of) {
@@ -80,13 +82,13 @@ TEST(LiveOnDevice, IsAsItWasThoughFramesWereRehearsed)
             return found;
         };
         session.rehearse();
-        session.settle(), wanted.settle();
-        EXPECT_EQ(session.state()->trouble, "");
+        session.wait_for_commands(), wanted.wait_for_commands();
+        EXPECT_EQ(session.state()->failure, "");
         EXPECT_EQ(session.state()->frame.number, 0);
         EXPECT_EQ(hash(session), hash(wanted)) << file;
         session.pause(true), session.start();
         session.step(5);
-        while (session.state()->frame.number < 5 && session.state()->trouble.empty())
+        while (session.state()->frame.number < 5 && session.state()->failure.empty())
             std::this_thread::yield();
         wanted.advance_to(5.0 / scene->scene.frame_rate);
         EXPECT_EQ(hash(session), hash(wanted)) << file;
@@ -101,7 +103,7 @@ TEST(LiveOnDevice, HasTheSurfaceThatIsAskedForAtOnce)
     LiveSession session(scene, rule_of(true));
     session.advance_to(0.1);
     session.pause(true);
-    session.settle();
+    session.wait_for_commands();
     const auto triangles = [&] {
         const auto state = session.state();
         EXPECT_TRUE(state->on_device);
@@ -109,7 +111,7 @@ TEST(LiveOnDevice, HasTheSurfaceThatIsAskedForAtOnce)
     };
     const std::size_t before = triangles();
     session.set_surface(2 * session.state()->surface.lattice.size.x);
-    session.settle();
+    session.wait_for_commands();
     EXPECT_GT(triangles(), 2 * before);
 }
 

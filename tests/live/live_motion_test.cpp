@@ -24,7 +24,7 @@ TEST(MotionStamp, GoesOnByWhatHasPassedAndNoMoreThanItCame)
 
 // Of every fourth point to a mesh, along the normal of its nearest vertex: root of the mean square
 // [m].
-double off(const std::vector<Vec3<float>>& points, const Mesh& mesh)
+double distance(const std::vector<Vec3<float>>& points, const Mesh& mesh)
 {
     double sum = 0;
     long count = 0;
@@ -53,8 +53,8 @@ std::vector<Vec3<float>> carried(const Mesh& mesh, float extrapolation)
 LiveOptions stepped()
 {
     LiveOptions options;
-    options.make = [](const Setup& setup) { return cpu_solver(setup); };
-    options.stepped = true, options.moving = true;
+    options.make_solver = [](const Setup& setup) { return cpu_solver(setup); };
+    options.stepped = true, options.with_motion = true;
     return options;
 }
 
@@ -74,20 +74,20 @@ TEST(LiveMotion, CarriedOnASurfaceIsNearerToTheNextOne)
     for (int k = 1; k <= 200; ++k) {
         session.advance_to((k + 0.5) * frame);
         const auto state = session.state();
-        ASSERT_EQ(state->trouble, "");
+        ASSERT_EQ(state->failure, "");
         ASSERT_EQ(state->meshes->size(), 1u);
         if (k > 2 && k % 3 > 0) {
             const Mesh& now = state->meshes->front();
             ASSERT_NEAR(then.step, frame, 1e-9);
             const float extrapolation = then.extrapolation(then.time + frame);
-            const double as_is = off(before->front().vertices, now);
-            const double on = off(carried(before->front(), extrapolation), now);
+            const double as_is = distance(before->front().vertices, now);
+            const double on = distance(carried(before->front(), extrapolation), now);
             if (std::getenv("KNEAD_SHOW"))
                 std::printf("frame %d: %.3g mm as it is, %.3g carried on\n", k, 1e3 * as_is,
                             1e3 * on);
             plain += as_is, carried_on += on, nearer += on < as_is, ++frames;
         }
-        before = state->meshes, then = state->mesh_instant;
+        before = state->meshes, then = state->mesh_stamp;
     }
     EXPECT_GE(frames, 100);
     EXPECT_LT(carried_on, 0.8 * plain);

@@ -56,7 +56,7 @@ class Live : public testing::Test {
         made->scene.setup.rig = tools.rig, made->scene.setup.tools = tools.tools;
         scene = made;
         options.clock = [this] { return clock.load(); };
-        options.make = [this](const auto&) {
+        options.make_solver = [this](const auto&) {
             auto solver = std::make_unique<Slow>(clock);
             if (prepare) prepare(*solver);
             slow = solver.get();
@@ -75,7 +75,7 @@ class Live : public testing::Test {
         }
         throw std::runtime_error("it never came to be, at frame " +
                                  std::to_string(session.state()->frame.number) + ": " +
-                                 session.state()->trouble);
+                                 session.state()->failure);
     }
     std::atomic<double> clock = 0;
     LiveOptions options;

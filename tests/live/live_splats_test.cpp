@@ -51,7 +51,7 @@ Reached run_to(const LiveScene& live, int frames)
 LiveOptions live_options(bool stepped, Device device = {DeviceKind::cpu, 0})
 {
     LiveOptions options;
-    options.make = [device](const Setup& setup) { return make_solver(setup, device); };
+    options.make_solver = [device](const Setup& setup) { return make_solver(setup, device); };
     options.stepped = stepped;
     return options;
 }
@@ -59,7 +59,7 @@ LiveOptions live_options(bool stepped, Device device = {DeviceKind::cpu, 0})
 void expect_equal(LiveSession& session, const Reached& wanted)
 {
     const auto state = session.state();
-    EXPECT_EQ(state->trouble, "");
+    EXPECT_EQ(state->failure, "");
     session.inspect_solver([&](const Simulator& solver) {
         EXPECT_TRUE(same_bits(solver.particles(), wanted.particles));
         EXPECT_TRUE(same_bits(solver.gaussians(), wanted.gaussians));
@@ -86,7 +86,7 @@ TEST(LiveSplats, StandingGroundBecomesClayAtTheHandsAsInARun)
     EXPECT_GT(wanted.taken, 0);
     EXPECT_GT(wanted.most_particles, 100u);
     LiveSession session(scene, live_options(true));
-    session.settle();
+    session.wait_for_commands();
     const auto before = session.state();
     ASSERT_TRUE(before->splats);
     EXPECT_TRUE(before->gaussians->empty()) << "all stands still";
@@ -95,7 +95,7 @@ TEST(LiveSplats, StandingGroundBecomesClayAtTheHandsAsInARun)
     EXPECT_GT(session.state()->splat_version, before->splat_version);
     expect_equal(session, wanted);
     session.reset();
-    session.settle();
+    session.wait_for_commands();
     EXPECT_TRUE(same_bits(session.state()->splats->centre, before->splats->centre));
 }
 
@@ -163,13 +163,13 @@ TEST(LiveSplats, InRealTimeFramesAreCutAndLocalClayStillComes)
     bool clay = false;
     for (int i = 0; i < 4000 && !clay; ++i) {
         clock = clock + 0.5 / scene->scene.frame_rate;
-        session.settle();
+        session.wait_for_commands();
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
         state = session.state();
         clay = state->gaussians && !state->gaussians->empty();
     }
     EXPECT_TRUE(clay);
-    EXPECT_EQ(state->trouble, "");
+    EXPECT_EQ(state->failure, "");
     EXPECT_EQ(state->splats->count() >= state->gaussians->size(), true);
 }
 
@@ -180,9 +180,9 @@ TEST(LiveSplats, WhatWasRehearsedHasGoneBackToTheBit)
     LiveOptions options = live_options(false);
     options.paused = true;
     LiveSession session(scene, options), stepped(scene, live_options(true));
-    session.settle(), stepped.settle();
+    session.wait_for_commands(), stepped.wait_for_commands();
     const auto after = session.state(), wanted = stepped.state();
-    ASSERT_EQ(after->trouble + wanted->trouble, "");
+    ASSERT_EQ(after->failure + wanted->failure, "");
     EXPECT_TRUE(same_bits(after->splats->centre, wanted->splats->centre));
     EXPECT_TRUE(same_bits(after->splats->scale, wanted->splats->scale));
     EXPECT_TRUE(same_bits(after->splats->rotation, wanted->splats->rotation));
@@ -228,9 +228,9 @@ TEST(LiveSplats, ASolverWithoutEditsSaysThatItHasNoLocalClay)
 {
     const auto scene = ground();
     LiveSession session(scene, live_options(true, {DeviceKind::cpu_double, 0}));
-    session.settle();
-    EXPECT_NE(session.state()->trouble.find("no local clay"), std::string::npos)
-        << session.state()->trouble;
+    session.wait_for_commands();
+    EXPECT_NE(session.state()->failure.find("no local clay"), std::string::npos)
+        << session.state()->failure;
 }
 
 }  // namespace

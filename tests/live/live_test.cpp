@@ -39,7 +39,7 @@ std::vector<std::uint64_t> bits(LiveSession& session)
 LiveOptions stepped(bool recorded)
 {
     LiveOptions options;
-    options.make = [](const Setup& setup) { return cpu_solver(setup); };
+    options.make_solver = [](const Setup& setup) { return cpu_solver(setup); };
     options.stepped = true;
     options.recorded = recorded;
     return options;
@@ -84,7 +84,7 @@ TEST(LiveStepped, GivesTheBitsOfARunFromRecordedAndFromPushedHands)
     EXPECT_EQ(state->frame.number, frames);
     EXPECT_DOUBLE_EQ(state->time, frames / 90.0);
     EXPECT_EQ(state->backlog.frames, 0);
-    EXPECT_EQ(state->trouble, "");
+    EXPECT_EQ(state->failure, "");
     ASSERT_EQ(state->tools.size(), 2u);
     EXPECT_TRUE(state->tools[0].active);
     EXPECT_EQ(state->tools[0].primitives.size(), 26u);
@@ -101,7 +101,7 @@ TEST(LiveStepped, AResetBeginsTheSameHistoryAgain)
     const std::vector<std::uint64_t> once = bits(session);
     const int history = session.state()->history;
     session.reset();
-    session.settle();
+    session.wait_for_commands();
     EXPECT_EQ(session.state()->history, history + 1);
     EXPECT_EQ(session.state()->frame.number, 0);
     session.advance_to(0.4);
@@ -119,7 +119,7 @@ TEST(LiveStepped, PausedTimePassesWithoutFrames)
     EXPECT_EQ(session.state()->frame.number, 9);
     EXPECT_TRUE(session.state()->paused);
     session.step(2);
-    session.settle();
+    session.wait_for_commands();
     session.inspect_solver([](const Simulator&) {});
     session.pause(false);
     session.advance_to(0.5);
@@ -138,10 +138,10 @@ TEST(LiveStepped, EditsChangeTheClayAndRefusalsLeaveIt)
     options.held[right] = "spoon";
     session.set_hands(options);
     session.load("scenes/no_such_scene.json", {});
-    session.settle();
+    session.wait_for_commands();
     EXPECT_EQ(session.state()->refused, 4);
     EXPECT_NE(session.state()->refusal.find("no_such_scene"), std::string::npos);
-    EXPECT_EQ(session.state()->trouble, "");
+    EXPECT_EQ(session.state()->failure, "");
     EXPECT_EQ(bits(session), before);
     const long meshes = session.state()->mesh_version;
     session.set_material(0, preset("snow"));
@@ -149,7 +149,7 @@ TEST(LiveStepped, EditsChangeTheClayAndRefusalsLeaveIt)
     options.held[right] = "knife";
     session.set_hands(options);
     session.edit([](EditableSimulator& s) { s.move(0, {{1, 0, 0, 0}, {0, 0.01, 0}}); });
-    session.settle();
+    session.wait_for_commands();
     EXPECT_EQ(session.state()->refused, 4);
     EXPECT_EQ(session.state()->refusal.empty(), false);
     EXPECT_GT(session.state()->mesh_version, meshes);
@@ -161,19 +161,19 @@ TEST(LiveStepped, EditsChangeTheClayAndRefusalsLeaveIt)
                     400 * s.editable()->config().materials[0].volume, 1e-12);
     });
     session.advance_to(0.1);
-    EXPECT_EQ(session.state()->trouble, "");
+    EXPECT_EQ(session.state()->failure, "");
 }
 
 TEST(LiveStepped, AnotherSceneTakesTheFirstOnesPlace)
 {
     LiveSession session(nullptr, stepped(true));
-    session.settle();
+    session.wait_for_commands();
     session.advance_to(1);
     EXPECT_FALSE(session.state()->scene);
     EXPECT_FALSE(session.inspect_solver([](const Simulator&) {}));
     session.reset();
     session.load("scenes/materials.json", {"domain.cells=16", "surface.nodes=32"});
-    session.settle();
+    session.wait_for_commands();
     ASSERT_TRUE(session.state()->scene);
     EXPECT_EQ(session.state()->scene->scene.name, "materials");
     session.advance_to(1 + 1.5 / 90);
@@ -186,19 +186,19 @@ TEST(LiveReal, HasTheClayOfItsSceneThoughFramesWereRehearsed)
 {
     std::atomic<double> clock = 0;
     LiveOptions real = stepped(true);
-    real.stepped = false, real.waits = true;
+    real.stepped = false, real.manual_start = true;
     real.clock = [&] { return clock.load(); };
     for (const std::string file : {"scenes/squeeze.json", "scenes/ground.json"}) {
         const auto scene = load_live_scene(file, small);
         LiveSession session(scene, real), other(scene, stepped(true));
         session.rehearse();
-        session.settle(), other.settle();
-        EXPECT_EQ(session.state()->trouble, "");
+        session.wait_for_commands(), other.wait_for_commands();
+        EXPECT_EQ(session.state()->failure, "");
         EXPECT_EQ(session.state()->frame.number, 0);
         EXPECT_EQ(bits(session), bits(other)) << file;
         session.pause(true), session.start();
         session.step(3);
-        session.settle();
+        session.wait_for_commands();
         while (session.state()->frame.number < 3) std::this_thread::yield();
         other.advance_to(3.0 / scene->scene.frame_rate);
         EXPECT_EQ(bits(session), bits(other)) << file;
@@ -210,7 +210,7 @@ TEST_F(Live, ToolsFollowNoFasterThanHandsMove)
 {
     prepare = [](Slow& s) { s.substep = 0; };
     LiveSession session(scene, options);
-    session.settle();
+    session.wait_for_commands();
     HandFrame frame;
     for (int side : {left, right}) {
         frame.hand[side] = open_hand(Side(side));
@@ -251,12 +251,12 @@ TEST_F(Live, PausedItDoesSingleFrames)
     options.paused = true;
     LiveSession session(scene, options);
     clock = 1;
-    session.settle();
+    session.wait_for_commands();
     EXPECT_EQ(session.state()->frame.number, 0);
     session.step(3);
     once(session, [](const LiveState& s) { return s.frame.number == 3; });
     clock = 2;
-    session.settle();
+    session.wait_for_commands();
     EXPECT_EQ(session.state()->frame.number, 3);
     session.pause(false);
     once(session, [](const LiveState& s) { return s.frame.number > 5; });
@@ -270,19 +270,19 @@ TEST_F(Live, WhatEndsTheSimulationIsSaidAndAResetBeginsAnew)
             (kind == 0 ? s.fails_at : kind == 1 ? s.memory_ends_at : s.breaks_at) = 3;
         };
         LiveSession session(scene, options);
-        const auto state = once(session, [](const LiveState& s) { return !s.trouble.empty(); });
-        EXPECT_NE(state->trouble.find(said[kind]), std::string::npos) << state->trouble;
+        const auto state = once(session, [](const LiveState& s) { return !s.failure.empty(); });
+        EXPECT_NE(state->failure.find(said[kind]), std::string::npos) << state->failure;
         EXPECT_EQ(state->frame.number, kind == 2 ? 3 : 2);
         prepare = {};
         session.reset();
-        once(session, [](const LiveState& s) { return s.trouble.empty() && s.frame.number > 4; });
+        once(session, [](const LiveState& s) { return s.failure.empty() && s.frame.number > 4; });
     }
-    options.make = [](const auto&) -> std::unique_ptr<EditableSimulator> {
+    options.make_solver = [](const auto&) -> std::unique_ptr<EditableSimulator> {
         throw std::bad_alloc();
     };
     LiveSession session(scene, options);
-    session.settle();
-    EXPECT_NE(session.state()->trouble.find("more memory"), std::string::npos);
+    session.wait_for_commands();
+    EXPECT_NE(session.state()->failure.find("more memory"), std::string::npos);
 }
 
 // The frame under way would take for ever on its clock.
@@ -292,7 +292,7 @@ TEST_F(Live, AResetAndTheEndDoNotWaitForAFrame)
     prepare = [&](Slow& s) { s.count = 2000000000; };
     LiveSession session(scene, options);
     session.reset();
-    session.settle();
+    session.wait_for_commands();
     EXPECT_EQ(session.state()->history, 2);
 }
 

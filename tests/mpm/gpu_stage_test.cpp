@@ -299,7 +299,7 @@ TEST_F(GpuStage, EveryPrimitiveThatTouchesABlockIsInItsMask)
 }
 
 // How far apart two results for a particle are, of positions [m], a tenth of velocities, strains.
-double off(const Particle<float>& a, const Particle<float>& b)
+double distance(const Particle<float>& a, const Particle<float>& b)
 {
     return std::fmax(std::fmax(apart(a.x, b.x, 1), 0.1 * apart(a.v, b.v, 1)),
                      double(std::sqrt(norm_squared(a.e + (-1.0f) * b.e))));
@@ -329,7 +329,7 @@ TEST_F(GpuStage, MovedParticlesAgreeWithALoop)
                         << i;
                 }
                 put_out += !same_bits(b.x, moved(s, before, velocities, none).x);
-                astray += !(off(a, b) < 2e-5);
+                astray += !(distance(a, b) < 2e-5);
             }
             EXPECT_GT(put_out, 100);
             EXPECT_LE(astray, add == add_knots ? equally_deep : 0) << "flow " << int(plasticity);

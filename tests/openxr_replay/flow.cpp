@@ -17,17 +17,17 @@ Refused SessionFlow::end()
     if (!begun) return "XR_ERROR_SESSION_NOT_RUNNING";
     if (state != XrState::stopping) return "XR_ERROR_SESSION_NOT_STOPPING";
     begun = shown = false;
-    tell(XrState::idle);
-    if (exiting) tell(XrState::exiting);
+    enter(XrState::idle);
+    if (exiting) enter(XrState::exiting);
     return {};
 }
 
 void SessionFlow::stop()
 {
-    if (state == XrState::ready) tell(XrState::synchronized);
-    if (state == XrState::focused) tell(XrState::visible);
-    if (state == XrState::visible) tell(XrState::synchronized);
-    tell(XrState::stopping);
+    if (state == XrState::ready) enter(XrState::synchronized);
+    if (state == XrState::focused) enter(XrState::visible);
+    if (state == XrState::visible) enter(XrState::synchronized);
+    enter(XrState::stopping);
 }
 
 Refused SessionFlow::request_exit()
@@ -42,7 +42,7 @@ void SessionFlow::frame_ended()
 {
     if (shown || state != XrState::ready) return;
     shown = true;
-    tell(XrState::synchronized), tell(XrState::visible), tell(XrState::focused);
+    enter(XrState::synchronized), enter(XrState::visible), enter(XrState::focused);
 }
 
 void SessionFlow::take_off(int polls)
@@ -55,7 +55,7 @@ void SessionFlow::take_off(int polls)
 void SessionFlow::polled_empty()
 {
     if (begun || asleep == 0 || state != XrState::idle) return;
-    if (--asleep == 0) tell(XrState::ready);
+    if (--asleep == 0) enter(XrState::ready);
 }
 
 Refused FrameOrder::begin(bool& discarded)

@@ -13,14 +13,14 @@ using Refused = std::string;
 // A session as its runtime sees it: the states it tells, and when it may begin and end.
 class SessionFlow {
   public:
-    SessionFlow() { tell(xr::XrState::idle), tell(xr::XrState::ready); }
+    SessionFlow() { enter(xr::XrState::idle), enter(xr::XrState::ready); }
     Refused begin();
     Refused end();
     Refused request_exit();
     void frame_ended();  // the first makes it visible
     // The headset is taken off; after it has ended it is put on after `polls` empty polls.
     void take_off(int polls);
-    void loss_pending() { tell(xr::XrState::loss_pending); }
+    void loss_pending() { enter(xr::XrState::loss_pending); }
     void polled_empty();  // an event was asked for, and there was none
 
     bool running() const { return begun; }
@@ -30,7 +30,7 @@ class SessionFlow {
     std::deque<xr::XrState> news;
 
   private:
-    void tell(xr::XrState next)
+    void enter(xr::XrState next)
     {
         state = next;
         news.push_back(next);

@@ -14,14 +14,14 @@ using Json = nlohmann::json;
 
 namespace {
 
-void tell(const Json& line) { std::printf("%s\n", line.dump().c_str()); }
+void print_line(const Json& line) { std::printf("%s\n", line.dump().c_str()); }
 
 // Clears colour to red at the left and green at the right eye, depth to a half.
-void draw(const HeadsetViews& sight, unsigned frame)
+void draw(const HeadsetViews& views, unsigned frame)
 {
     glBindFramebuffer(GL_FRAMEBUFFER, frame);
     for (std::size_t eye = 0; eye < 2; ++eye) {
-        const EyeTexture& to = sight.targets[eye];
+        const EyeTexture& to = views.targets[eye];
         glNamedFramebufferTexture(frame, GL_COLOR_ATTACHMENT0, to.colour, 0);
         if (to.depth) glNamedFramebufferTexture(frame, GL_DEPTH_ATTACHMENT, to.depth, 0);
         const float colour[] = {eye == 0 ? 1.f : 0.f, eye == 1 ? 1.f : 0.f, 0, 1}, half = 0.5f;
@@ -49,44 +49,44 @@ int probe(int frames, const HeadsetOptions& options)
     const std::unique_ptr<Headset> headset = Headset::open(options);
     load_gl_functions(headset->gl_address());
     const HeadsetInfo& facts = headset->facts();
-    tell({{"binding", facts.binding},
-          {"runtime", facts.runtime},
-          {"missing", facts.missing},
-          {"hidden", facts.hidden[0].corners.size()},
-          {"depth", facts.depth}});
+    print_line({{"binding", facts.binding},
+                {"runtime", facts.runtime},
+                {"missing", facts.missing},
+                {"hidden", facts.hidden[0].corners.size()},
+                {"depth", facts.depth}});
     unsigned target = 0;
     glCreateFramebuffers(1, &target);
     int drawn = 0, errors = 0;
     for (int turn = 0; turn < 100 * frames + 1000; ++turn) {
-        const HeadsetEvents news = headset->poll();
-        for (const std::string& message : news.messages) tell({{"message", message}});
-        if (news.renewed) tell({{"renewed", drawn}});
-        if (news.recentred) tell({{"recentred", drawn}});
-        if (news.phase == Phase::over) {
-            tell({{"over", news.reason}});
+        const HeadsetEvents events = headset->poll();
+        for (const std::string& message : events.messages) print_line({{"message", message}});
+        if (events.renewed) print_line({{"renewed", drawn}});
+        if (events.recentred) print_line({{"recentred", drawn}});
+        if (events.phase == Phase::over) {
+            print_line({{"over", events.reason}});
             break;
         }
-        if (news.phase != Phase::running) continue;
-        const FrameTiming tick = headset->begin();
-        const HeadsetViews sight = headset->locate();
-        if (sight.draw) draw(sight, target), ++drawn;
+        if (events.phase != Phase::running) continue;
+        const FrameTiming timing = headset->begin();
+        const HeadsetViews views = headset->locate();
+        if (views.draw) draw(views, target), ++drawn;
         while (glGetError() != 0) ++errors;
-        tell({{"time", tick.time},
-              {"period", tick.period},
-              {"draw", sight.draw},
-              {"focused", news.focused},
-              {"worn", news.worn},
-              {"rate", news.rate},
-              {"left", hand_line(sight.hands[left])},
-              {"right", hand_line(sight.hands[right])}});
+        print_line({{"time", timing.time},
+                    {"period", timing.period},
+                    {"draw", views.draw},
+                    {"focused", events.focused},
+                    {"worn", events.worn},
+                    {"rate", events.rate},
+                    {"left", hand_line(views.hands[left])},
+                    {"right", hand_line(views.hands[right])}});
         FrameSubmission done;
-        done.eyes = sight.draw, done.near_z = 0.05f, done.far_z = 100;
+        done.eyes = views.draw, done.near_z = 0.05f, done.far_z = 100;
         done.vibrate[right] = drawn == 20 ? 0.5f : 0;
         headset->end(done);
         if (drawn == frames) headset->leave();
     }
     glDeleteFramebuffers(1, &target);
-    tell({{"drawn", drawn}, {"errors", errors}, {"stray", headset->stray_gl_errors()}});
+    print_line({{"drawn", drawn}, {"errors", errors}, {"stray", headset->stray_gl_errors()}});
     headset->close();
     return 0;
 }

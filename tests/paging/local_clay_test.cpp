@@ -22,7 +22,7 @@ using Place = Vec3<double>;
 
 TEST_P(LocalScene, ABallLeavesADentAndFarSplatsKeepTheirBits)
 {
-    const SplatCloud before = local->still();
+    const SplatCloud before = local->slots_cloud();
     const Place at{0.4, 0.2, 0.5};
     press(at);
     EXPECT_GT(solver->particles().size(), 500u);
@@ -34,7 +34,7 @@ TEST_P(LocalScene, ABallLeavesADentAndFarSplatsKeepTheirBits)
     EXPECT_GT(dent(at), 0.015);
     EXPECT_LT(dent(at), 0.05);
     EXPECT_LT(dent(at + Place{0.13, 0, 0}, 0.02), 0.004) << "beside it the floor holds";
-    const SplatCloud& now = local->still();
+    const SplatCloud& now = local->slots_cloud();
     std::size_t same = 0;
     for (std::size_t i = 0; i < before.count(); ++i) {
         const Place d = cast<double>(before.centre[i]) - at;
@@ -49,13 +49,13 @@ TEST_P(LocalScene, ABallLeavesADentAndFarSplatsKeepTheirBits)
 
 TEST_P(LocalScene, AHandThatOnlyComesNearChangesNothing)
 {
-    const SplatCloud before = local->still();
+    const SplatCloud before = local->slots_cloud();
     move({0.5, 0.23, 0.5}, {0.5, 0.23, 0.5}, away, away, 20);
     EXPECT_GT(report.splats, 100u);
     leave();
     EXPECT_EQ(report.splats, 0u);
-    EXPECT_TRUE(same_bits(local->still().centre, before.centre));
-    EXPECT_TRUE(same_bits(local->still().scale, before.scale));
+    EXPECT_TRUE(same_bits(local->slots_cloud().centre, before.centre));
+    EXPECT_TRUE(same_bits(local->slots_cloud().scale, before.scale));
 }
 
 TEST_P(LocalScene, WhatIsGivenBackLooksAsItDid)
@@ -166,7 +166,7 @@ TEST_P(LocalScene, AScenesSizeCostsNothing)
     EXPECT_EQ(moving->cloud().count(), splats);
     EXPECT_EQ(solver->particles().size(), particles);
     EXPECT_EQ(last.active_blocks, blocks);
-    EXPECT_EQ(local->still().count(), 80000u);
+    EXPECT_EQ(local->slots_cloud().count(), 80000u);
 }
 
 TEST_P(LocalScene, TheBitsAreTheSameForAnyNumberOfThreads)
@@ -195,14 +195,14 @@ TEST_P(LocalScene, ItsStateGoesOnInTheSameBits)
     SavedState saved = solver->save();
     const int then = number;
     move(b, c, away, away, 20), leave();
-    const SplatCloud wanted = local->still();
+    const SplatCloud wanted = local->slots_cloud();
     make({"deterministic=true"});
     number = then;
     moving->set_state(carried), local->set_state(state), solver->load(saved);
     move(b, c, away, away, 20), leave();
-    EXPECT_TRUE(same_bits(local->still().centre, wanted.centre));
-    EXPECT_TRUE(same_bits(local->still().scale, wanted.scale));
-    EXPECT_TRUE(same_bits(local->still().rotation, wanted.rotation));
+    EXPECT_TRUE(same_bits(local->slots_cloud().centre, wanted.centre));
+    EXPECT_TRUE(same_bits(local->slots_cloud().scale, wanted.scale));
+    EXPECT_TRUE(same_bits(local->slots_cloud().rotation, wanted.rotation));
     LocalState bad = state;
     bad.slot_of[0] = int(bad.cloud.count());
     EXPECT_THROW(local->set_state(bad), std::invalid_argument);

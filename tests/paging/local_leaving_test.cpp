@@ -18,8 +18,8 @@ class LocalLeaving : public LocalScene {
     // Until it begins to go back.
     void begin_to_leave()
     {
-        for (int f = 0; f < 40 && !local->leaving(); ++f) move(away, away, away, away, 1);
-        ASSERT_TRUE(local->leaving());
+        for (int f = 0; f < 40 && !local->freezing(); ++f) move(away, away, away, away, 1);
+        ASSERT_TRUE(local->freezing());
     }
 };
 
@@ -37,14 +37,14 @@ TEST_P(LocalLeaving, WhatGoesBackBesideFramesGoesBackAlike)
         } else {
             ASSERT_NO_FATAL_FAILURE(begin_to_leave());
         }
-        for (int f = 0; f < 1000 && way == found && local->leaving(); ++f)
+        for (int f = 0; f < 1000 && way == found && local->freezing(); ++f)
             move(away, away, away, away, 1);
-        const bool was_leaving = local->leaving();
-        EXPECT_EQ(local->end_leaving(*solver), was_leaving);
-        EXPECT_FALSE(local->leaving());
+        const bool was_freezing = local->freezing();
+        EXPECT_EQ(local->finish_freezing(*solver), was_freezing);
+        EXPECT_FALSE(local->freezing());
         EXPECT_TRUE(solver->particles().empty());
         EXPECT_EQ(moving->cloud().count(), 0u);
-        stands[way] = local->still();
+        stands[way] = local->slots_cloud();
         EXPECT_GT(dent({0.5, 0.2, 0.5}), 0.015);
         EXPECT_TRUE(same_bits(stands[between].centre, stands[way].centre)) << way;
         EXPECT_TRUE(same_bits(stands[between].scale, stands[way].scale)) << way;
@@ -73,12 +73,12 @@ TEST_P(LocalLeaving, NobodySeesWhatStandsStillMeanwhile)
     press({0.5, 0.2, 0.5});
     begin_to_leave();
     SplatCloud all;
-    EXPECT_THROW(local->show(all), std::logic_error);
-    EXPECT_THROW(local->still(), std::logic_error);
+    EXPECT_THROW(local->write_all(all), std::logic_error);
+    EXPECT_THROW(local->slots_cloud(), std::logic_error);
     EXPECT_THROW(local->state(), std::logic_error);
-    local->end_leaving(*solver);
-    EXPECT_NO_THROW(local->show(all));
-    EXPECT_EQ(all.count(), local->still().count());
+    local->finish_freezing(*solver);
+    EXPECT_NO_THROW(local->write_all(all));
+    EXPECT_EQ(all.count(), local->slots_cloud().count());
 }
 
 TEST_P(LocalLeaving, AHandThatReturnsFindsClayThere)
@@ -89,14 +89,14 @@ TEST_P(LocalLeaving, AHandThatReturnsFindsClayThere)
     ASSERT_NO_FATAL_FAILURE(begin_to_leave());
     EXPECT_FALSE(solver->particles().empty());
     move(near, near, away, away, 1);
-    EXPECT_FALSE(local->leaving());
+    EXPECT_FALSE(local->freezing());
     EXPECT_GT(report.frozen, 0u);
     EXPECT_GT(report.activated, 0u);
     const double first = dent(at, 0.2);
     move(near, at - Place{0, 0.045, 0}, away, away, 15);
     move(at - Place{0, 0.045, 0}, near, away, away, 15);
     leave();
-    local->end_leaving(*solver);
+    local->finish_freezing(*solver);
     EXPECT_GT(dent(at), first + 0.008);
     EXPECT_EQ(repaired, 0);
 }

@@ -45,7 +45,7 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
         local = std::make_unique<LocalClay>(scene, 0, joined(objects, true), *moving);
         solver = made();
         number = 0;
-        middle = local->still().centre;
+        middle = local->slots_cloud().centre;
     }
     std::unique_ptr<EditableSimulator> made() const
     {
@@ -95,13 +95,13 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
     // As `knead run`, or `beside` frames as a live session.
     void follow(int frame_number, const Motion& m)
     {
-        if (!local->leaving()) moving->after(frame_number, *solver);
+        if (!local->freezing()) moving->after(frame_number, *solver);
         if (!beside) {
             report = local->after(frame_number, m, *solver);
             return;
         }
         report = local->follow(m, *solver);
-        if (report.activated == 0) local->begin_leaving(frame_number, m, *solver);
+        if (report.activated == 0) local->begin_freezing(frame_number, m, *solver);
     }
     void press(Place at, double depth = 0.03)
     {
@@ -114,10 +114,10 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
     double dent(Place at, double around = 0.04) const
     {
         double most = 0;
-        const SplatCloud& now = local->still();
+        const SplatCloud& now = local->slots_cloud();
         for (std::size_t i = 0; i < middle.size(); ++i) {
             const Place was = cast<double>(middle[i]), d = was - at;
-            if (std::hypot(d.x, d.z) < around && local->stands(i))
+            if (std::hypot(d.x, d.z) < around && local->is_frozen(i))
                 most = max(most, was.y - double(now.centre[i].y));
         }
         return most;
@@ -131,7 +131,7 @@ class LocalScene : public InFolder, public ::testing::WithParamInterface<bool> {
             f.moved_F.push_back({cast<float>(g.F.a), cast<float>(g.F.b), cast<float>(g.F.c)});
         }
         SplatCloud all;
-        local->show(all);
+        local->write_all(all);
         return cpu_raster(all, f).front();
     }
 

@@ -48,10 +48,10 @@ TEST_F(Pictures, OneThatCannotBeMadeIsCountedAndSaidOnceAndTheRunGoesOn)
     const std::unique_ptr<Simulator> solver = cpu_solver(small.setup);
     BatchRunOptions options;
     options.frames = 5, options.mesh_every = 1;
-    int asked = 0;
+    int polls = 0;
     RunObserver watch;
     watch.picture = [&](const FrameResult& f, const std::vector<Mesh>&) {
-        ++asked;
+        ++polls;
         if (f.number % 2 == 0) throw PictureError("no room");
     };
     testing::internal::CaptureStderr();
@@ -59,7 +59,7 @@ TEST_F(Pictures, OneThatCannotBeMadeIsCountedAndSaidOnceAndTheRunGoesOn)
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "knead: no picture of frame 2: no room\n");
     EXPECT_EQ(record.end, End::complete);
     EXPECT_EQ(record.rows.size(), 5u);
-    EXPECT_EQ(asked, 5);
+    EXPECT_EQ(polls, 5);
     EXPECT_EQ(record.pictures_missing, 2);
     RunInfo facts;
     facts.left_out = {"before"};
@@ -114,8 +114,8 @@ TEST_F(Pictures, OneThatIsGivenUpIsNotThere)
     // Given up at each moment at which it can be, until it never is: drawing, then row by row.
     int given_up = 0;
     for (int last = 0;; last += 20, ++given_up) {
-        int asked = 0;
-        writer.give_up_when([&] { return asked++ == last; });
+        int polls = 0;
+        writer.give_up_when([&] { return polls++ == last; });
         if (reason<PictureError>([&] { writer.add(FrameResult{}, {}); }).empty()) break;
         ASSERT_TRUE(std::filesystem::is_empty(path("pictures"))) << last;
         ASSERT_LT(last, 10000);

@@ -182,14 +182,14 @@ TEST_F(Picture, IsGivenUpWhereThatIsAsked)
     Camera camera = front();
     camera.width = 1024, camera.height = 1024;
     const std::vector<Mesh> clay{dented_ball(0)};
-    int asked = 0;
-    painter->give_up_when([&] { return ++asked == 3; });
+    int polls = 0;
+    painter->give_up_when([&] { return ++polls == 3; });
     EXPECT_THROW(painter->paint(clay, {}, camera, 0), PictureError);
-    EXPECT_EQ(asked, 3);
-    painter->give_up_when([&] { return ++asked < 0; });
-    asked = 0;
+    EXPECT_EQ(polls, 3);
+    painter->give_up_when([&] { return ++polls < 0; });
+    polls = 0;
     const Image whole = painter->paint(clay, {}, camera, 0);
-    EXPECT_GT(asked, 8);
+    EXPECT_GT(polls, 8);
     EXPECT_EQ(painter->paint(clay, {}, camera, 0).rgb, whole.rgb);
 }
 

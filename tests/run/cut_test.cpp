@@ -48,9 +48,9 @@ TEST(CutFrame, IsTheShorterFrame)
 {
     auto cut = both(falling()), shorter = both(falling());
     for (std::size_t i = 0; i < cut.size(); ++i) {
-        int asked = 0;
+        int polls = 0;
         cut[i]->set_stop_check([&](const FrameProgress& part) {
-            EXPECT_EQ(part.substeps, ++asked);
+            EXPECT_EQ(part.substeps, ++polls);
             EXPECT_EQ(part.reached, part.substeps * step);
             EXPECT_EQ(part.duration, frame);
             return part.substeps == 3;
@@ -65,7 +65,7 @@ TEST(CutFrame, IsTheShorterFrame)
         // The next one is whole, and asks nobody any more.
         cut[i]->set_stop_check({});
         EXPECT_EQ(cut[i]->advance(still, frame).substeps, 16);
-        EXPECT_EQ(asked, 3);
+        EXPECT_EQ(polls, 3);
     }
 }
 
@@ -77,18 +77,18 @@ TEST(CutFrame, OfAGpuIsTheShorterFrame)
     setup.gravity = {}, setup.deterministic = true;
     const auto cut = gpu_solver(setup, 0), shorter = gpu_solver(setup, 0);
     for (const bool behind : {false, true}) {
-        int asked = 0;
+        int polls = 0;
         const auto watched = [&](const FrameProgress& part) {
             EXPECT_GT(part.substeps, 0);
             EXPECT_EQ(part.duration, 0x1p20 * frame);  // minutes
-            return ++asked == 2;
+            return ++polls == 2;
         };
         cut->set_stop_check(watched);
         cut->submit(no_motion(), 0x1p20 * frame);
         if (behind) cut->submit(no_motion(), 0x1p20 * frame);
         const FrameStats stats = cut->collect();
         EXPECT_TRUE(stats.cut);
-        EXPECT_EQ(asked, 2);
+        EXPECT_EQ(polls, 2);
         EXPECT_GT(stats.substeps, 0);
         EXPECT_EQ(stats.reached, stats.substeps * step);
         if (behind) {
@@ -111,7 +111,7 @@ TEST(CutFrame, ALoopThatIsGoneIsNotAsked)
 {
     const auto solver = cpu_solver(falling());
     SessionLoopOptions options;
-    options.duration = frame, options.rate = 90, options.frames = 1;
+    options.duration = frame, options.hand_rate = 90, options.frames = 1;
     options.interrupted = [] { return true; };
     {
         SessionLoop loop(
@@ -170,7 +170,7 @@ TEST_F(CutRun, SaysWhereTheHandsWereThen)
     options.frames = 5;
     int parts = 0;
     RunObserver watch;
-    watch.part = [&](int number, const FrameProgress& part) {
+    watch.on_progress = [&](int number, const FrameProgress& part) {
         EXPECT_EQ(number, 1 + parts++ / 15);  // none after a frame's last substep
         EXPECT_DOUBLE_EQ(part.duration, 1.0 / 64);
     };
@@ -243,7 +243,7 @@ TEST_F(CutRun, AFrameThatTurnsOutTooLongEndsTheRun)
     const RunRecord record = run_frames(s, *solver, nullptr, options, {});
     EXPECT_EQ(record.end, End::substeps);
     EXPECT_EQ(record.rows.at(0).stats.substeps, 30);
-    EXPECT_NE(record.trouble.find("step.most_substeps"), std::string::npos);
+    EXPECT_NE(record.failure.find("step.most_substeps"), std::string::npos);
 }
 
 TEST(Progress, TellsHowFarAFrameIs)

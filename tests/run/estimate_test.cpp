@@ -79,9 +79,10 @@ TEST_F(Estimate, WhatIsNotKnownWithinAFactorOfThreeIsNotGiven)
     const Scene ball = loaded("scenes/squeeze.json");
     double least = 1e300, most = 0;
     for (int k = 0; k < 5; ++k) {
-        const FrameCost told = frame_cost(ball, cpu);
-        EXPECT_GT(told.seconds, 0);
-        if (told.known) least = std::min(least, told.seconds), most = std::max(most, told.seconds);
+        const FrameCost estimated = frame_cost(ball, cpu);
+        EXPECT_GT(estimated.seconds, 0);
+        if (estimated.known)
+            least = std::min(least, estimated.seconds), most = std::max(most, estimated.seconds);
     }
     EXPECT_LT(most, 9 * least) << "or none was known";
 }
@@ -97,9 +98,9 @@ TEST_F(Estimate, OfBothKindsOfClayEachIsTold)
     const double thousands = expected_particles(both) / 1000;
     EXPECT_GT(cost.seconds, 0.2 * cost.per_thousand * thousands);
     EXPECT_LT(cost.seconds, 5 * cost.per_thousand * thousands);
-    FrameCost told = cost;
-    told.known = true;
-    const std::string text = cost_text(told);
+    FrameCost estimated = cost;
+    estimated.known = true;
+    const std::string text = cost_text(estimated);
     EXPECT_NE(text.find(" s a frame on this machine"), std::string::npos) << text;
     EXPECT_NE(text.find(" s more for each 1000 particles"), std::string::npos) << text;
 }

@@ -77,7 +77,7 @@ std::string hash_of(const GoldenRow& row, int threads, MakeSolver level)
     BatchRunOptions options;
     options.frames = row.frames, options.audit_every = row.frames;
     const RunRecord record = run_frames(scene, *solver, hands.get(), options, {});
-    EXPECT_EQ(record.end, End::complete) << record.trouble;
+    EXPECT_EQ(record.end, End::complete) << record.failure;
     return record.rows.empty() ? "" : hexadecimal(record.rows.back().state.hash);
 }
 

@@ -168,11 +168,11 @@ TEST_F(RunFolder, ABrokenNumberEndsTheRunWithTheLastGoodState)
     BatchRunOptions options;
     options.frames = 5;
     const RunRecord record = run_frames(scene, solver, nullptr, options, {});
-    EXPECT_EQ(record.end, End::numbers);
+    EXPECT_EQ(record.end, End::numerical_failure);
     EXPECT_EQ(record.rows.size(), 2u);
     ASSERT_FALSE(record.last_good->empty());
     EXPECT_TRUE(std::isfinite((*record.last_good)[0].v.x));
-    EXPECT_NE(record.trouble.find("frame 2"), std::string::npos);
+    EXPECT_NE(record.failure.find("frame 2"), std::string::npos);
 }
 
 TEST_F(RunFolder, GuardsThatRepairTooMuchAreAFailure)
@@ -182,7 +182,7 @@ TEST_F(RunFolder, GuardsThatRepairTooMuchAreAFailure)
     solver.repaired_at = 1;
     BatchRunOptions options;
     options.frames = 5;
-    EXPECT_EQ(run_frames(scene, solver, nullptr, options, {}).end, End::numbers);
+    EXPECT_EQ(run_frames(scene, solver, nullptr, options, {}).end, End::numerical_failure);
 }
 
 TEST_F(RunFolder, ALostDeviceKeepsTheFramesBeforeIt)

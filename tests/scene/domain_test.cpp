@@ -230,7 +230,7 @@ TEST(ShippedScenes, TheLiquidSpreadsAsADiscWhateverTheCells)
         BatchRunOptions options;
         options.frames = scene.frames;
         const RunRecord record = run_frames(scene, *solver, nullptr, options, {});
-        EXPECT_EQ(record.end, End::complete) << record.trouble;
+        EXPECT_EQ(record.end, End::complete) << record.failure;
         const Spread s = spread_of(*record.last_good);
         const Vec3<double> axis = liquid.centre + scene.origin;
         EXPECT_NEAR(s.mean.x, axis.x, 0.005) << cells;
@@ -261,7 +261,7 @@ TEST(ShippedScenes, RunAFrameOnCoarseLatticesAndOnTheirOwn)
             std::unique_ptr<HandSource> hands;
             if (scene.has_hands) hands = std::make_unique<HandSource>(hands_of(scene), scene.hands);
             const RunRecord record = run_frames(scene, *solver, hands.get(), options, {});
-            ASSERT_EQ(record.end, End::complete) << record.trouble;
+            ASSERT_EQ(record.end, End::complete) << record.failure;
             const FrameStats& stats = record.rows.back().stats;
             EXPECT_EQ(stats[Count::clipped] + stats[Count::confined] + stats[Count::repaired], 0);
             // A record's places are those of the file.

@@ -72,16 +72,16 @@ double first_swing(const Scene& given, double frame)
 TEST(Soften, WithoutTheKeyAndWhereItIsNotNeededNothingChanges)
 {
     for (const char* key : {"step.soften_beyond=0", "step.soften_beyond=100000"}) {
-        const Scene plain = block(stone, 0, {}), asked = block(stone, 0, {key});
-        const Object &a = plain.objects[0], &b = asked.objects[0];
+        const Scene plain = block(stone, 0, {}), requested = block(stone, 0, {key});
+        const Object &a = plain.objects[0], &b = requested.objects[0];
         EXPECT_EQ(b.softer, 1);
         EXPECT_EQ(a.material.mu, b.material.mu);
         EXPECT_EQ(a.material.lambda, b.material.lambda);
         EXPECT_EQ(a.material.bulk, b.material.bulk);
         EXPECT_EQ(a.material.yield, b.material.yield);
-        EXPECT_EQ(softened_text(asked, b), "");
-        EXPECT_TRUE(softened_facts(asked).empty());
-        EXPECT_EQ(foresee(plain).substeps, foresee(asked).substeps);
+        EXPECT_EQ(softened_text(requested, b), "");
+        EXPECT_TRUE(softened_facts(requested).empty());
+        EXPECT_EQ(foresee(plain).substeps, foresee(requested).substeps);
     }
 }
 
@@ -149,7 +149,7 @@ TEST(Soften, AMaterialThatALiveSessionIsGivenIsSoftenedLikewise)
     const auto live = load_live_scene(
         "scenes/squeeze.json", {"domain.cells=16", "surface.nodes=32", "step.soften_beyond=30"});
     LiveOptions options;
-    options.make = cpu_solver;
+    options.make_solver = cpu_solver;
     options.stepped = true;
     LiveSession session(live, options);
     const Material<double> clay = preset("clay"), stiff = softer(clay, 1e-4);
@@ -170,9 +170,9 @@ TEST(Soften, AMaterialThatALiveSessionIsGivenIsSoftenedLikewise)
 // It comes to rest up to a cell above the floor, whose nodes it feels as far as they weigh (1).
 TEST(Soften, AStiffBlockFallsRestsAndIsPressedByAToolInFewSubstepsWithoutAGuard)
 {
-    constexpr int asked = 40;
+    constexpr int requested = 40;
     constexpr double high = 0.03, begin = 2, end = 2.6;  // [m] [s]
-    Scene scene = block(stone, high, {"step.soften_beyond=" + std::to_string(asked)});
+    Scene scene = block(stone, high, {"step.soften_beyond=" + std::to_string(requested)});
     build(scene, std::size_t(1) << 30);
     auto& s = scene.setup;
     const Place floor{0.1, s.walls.min.y, 0.1};
@@ -194,7 +194,7 @@ TEST(Soften, AStiffBlockFallsRestsAndIsPressedByAToolInFewSubstepsWithoutAGuard)
     EXPECT_LT(fell, high + 0.1 * dx);
     EXPECT_GT(fell, high - 1.1 * dx);
     EXPECT_NEAR(fell, before, 0.1 * dx);
-    EXPECT_LE(all.substeps, 1.1 * asked * end / frame);
+    EXPECT_LE(all.substeps, 1.1 * requested * end / frame);
     EXPECT_GT(pressed, 10 * at_rest);
     EXPECT_EQ(
         all[Count::clipped] + all[Count::repaired] + all[Count::abrupt] + all[Count::moved_far], 0);

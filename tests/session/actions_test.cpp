@@ -115,14 +115,14 @@ Shaped shaped(const std::shared_ptr<const LiveScene>& scene, double display)
     Shaped end;
     double now = 0;
     LiveOptions options;
-    options.make = [](const Setup& setup) { return cpu_solver(setup); };
+    options.make_solver = [](const Setup& setup) { return cpu_solver(setup); };
     options.stepped = true, options.recorded = false;
-    options.acted = [&](HandAction done) {
+    options.on_action = [&](HandAction done) {
         done.time = now;
         end.actions.push_back(done);
     };
     LiveSession session(scene, options);
-    session.settle();
+    session.wait_for_commands();
     const HandsOptions usual = session.state()->hands;
     end.hands.name = "display", end.hands.rate = display;
     const HandStream recorded = [&] {

@@ -83,7 +83,8 @@ class Loop : public testing::Test {
     SessionLoop& loop(int frames, int first = 0)
     {
         SessionLoopOptions options;
-        options.duration = 0.1, options.rate = 8, options.frames = frames, options.first = first;
+        options.duration = 0.1, options.hand_rate = 8, options.frames = frames,
+        options.first_frame = first;
         options.interrupted = [this] { return solver.submitted == interrupted_after; };
         options.surface.lattice = {{16, 16, 16}, 1.0f / 16};
         Material<double> clay{};
@@ -93,7 +94,7 @@ class Loop : public testing::Test {
             solver,
             [this](double from, double to) {
                 text += "m ";
-                asked.push_back({from, to});
+                sampled.push_back({from, to});
                 return no_motion();
             },
             options);
@@ -104,7 +105,7 @@ class Loop : public testing::Test {
     std::string text;
     Diary solver{text};
     int interrupted_after = -1;
-    std::vector<std::pair<double, double>> asked;
+    std::vector<std::pair<double, double>> sampled;
     std::unique_ptr<SessionLoop> made;
 };
 
@@ -141,15 +142,15 @@ TEST_F(Loop, TheNextFrameIsHandedOverBeforeTheLastIsWaitedFor)
 TEST_F(Loop, MotionIsAskedForWithoutAGap)
 {
     for (const bool ahead : {false, true}) {
-        asked.clear();
+        sampled.clear();
         SessionLoop& l = loop(6, 3);
         if (ahead) l.submit_ahead();
         l.run();
-        ASSERT_EQ(asked.size(), 6u);
-        EXPECT_EQ(asked.front().first, 3 / 8.0);
-        EXPECT_EQ(asked.back().second, 9 / 8.0);
-        for (std::size_t f = 1; f < asked.size(); ++f)
-            EXPECT_EQ(asked[f].first, asked[f - 1].second);
+        ASSERT_EQ(sampled.size(), 6u);
+        EXPECT_EQ(sampled.front().first, 3 / 8.0);
+        EXPECT_EQ(sampled.back().second, 9 / 8.0);
+        for (std::size_t f = 1; f < sampled.size(); ++f)
+            EXPECT_EQ(sampled[f].first, sampled[f - 1].second);
     }
 }
 
@@ -160,10 +161,10 @@ TEST_F(Loop, AWatcherMayStopItAndFramesUnderWayAreStillWatched)
         SessionLoop& l = loop(-1);
         if (ahead) l.submit_ahead();
         l.observe([&](const FrameResult& f) {
-            if (f.number == 3) l.stop(End::numbers), l.stop(End::time_limit);
+            if (f.number == 3) l.stop(End::numerical_failure), l.stop(End::time_limit);
         });
         l.run();
-        EXPECT_EQ(l.end(), End::numbers);  // the first reason
+        EXPECT_EQ(l.end(), End::numerical_failure);  // the first reason
         EXPECT_EQ(l.last().number, ahead ? 4 : 3);
         EXPECT_EQ(solver.submitted, solver.collected);
     }
@@ -229,7 +230,7 @@ TEST_F(Loop, AnInterruptIsHeardBeforeTheNextFrame)
 TEST_F(Loop, NoFrameBeginsAfterTheTimeLimit)
 {
     SessionLoopOptions options;
-    options.rate = 1, options.time_limit = 1e-12;
+    options.hand_rate = 1, options.time_limit = 1e-12;
     SessionLoop l(solver, recorded_motion(nullptr, {}), options);
     l.run();
     EXPECT_EQ(l.end(), End::time_limit);
@@ -259,11 +260,11 @@ TEST_F(Loop, MeshesStandWhileNoClayMovesAndNothingIsEdited)
 {
     solver.still_at = 2;
     SessionLoop& l = loop(4);
-    EXPECT_FALSE(l.meshes_stand());
+    EXPECT_FALSE(l.meshes_current());
     std::vector<bool> stood;
     std::vector<Meshes> seen{l.meshes()};
     l.observe([&](const FrameResult& f) {
-        stood.push_back(l.meshes_stand());
+        stood.push_back(l.meshes_current());
         seen.push_back(l.meshes());
         if (f.number == 2) l.edit([&](EditableSimulator&) { solver.still_at = 3; });
     });
@@ -281,7 +282,7 @@ std::vector<std::uint64_t> squeezed(const Setup& setup, EditableSimulator& solve
                                     long& waits)
 {
     SessionLoopOptions options;
-    options.duration = 2e-3, options.rate = 500, options.frames = 8, options.first = 10;
+    options.duration = 2e-3, options.hand_rate = 500, options.frames = 8, options.first_frame = 10;
     options.materials = setup.materials;
     options.surface.lattice = {setup.lattice.size, float(setup.lattice.dx)};
     SessionLoop l(
@@ -329,7 +330,7 @@ TEST(LoopOnTheGpu, KeptSurfacesComeWithTheirFramesAndCostOneWait)
     add_tools(setup);
     const auto solver = gpu_solver(setup, 0);
     SessionLoopOptions options;
-    options.duration = 2e-3, options.rate = 500, options.frames = 6, options.first = 10;
+    options.duration = 2e-3, options.hand_rate = 500, options.frames = 6, options.first_frame = 10;
     options.materials = setup.materials;
     options.surface.lattice = {setup.lattice.size, float(setup.lattice.dx)};
     SessionLoop l(

@@ -41,7 +41,7 @@ Given flying(Vec3<double> v, double rate)
 struct Off {
     double x = 0, F = 0;
 };
-Off off(const Given& s, const Simulator& solver, Vec3<double> way, double angle, double within)
+Off distance(const Given& s, const Simulator& solver, Vec3<double> way, double angle, double within)
 {
     const Mat3<double> Q = rotation(turn_about(Vec3<double>{0, 0, 1}, angle));
     const auto all = solver.gaussians();
@@ -67,7 +67,7 @@ TEST_P(FollowInTime, AtTheEndOfAnyFrameTheyHaveFlownForAllOfIt)
         time += n * dt;
         EXPECT_EQ(stats.substeps, n);
         EXPECT_EQ(stats[Count::stranded], 0);
-        const Off o = off(s, *solver, time * v, 0, 1);
+        const Off o = distance(s, *solver, time * v, 0, 1);
         EXPECT_LT(o.x, 1e-4) << n << " substeps: cells";
         EXPECT_LT(o.F, 1e-3) << n;
     }
@@ -82,7 +82,7 @@ TEST_P(FollowInTime, AtTheEndOfAnyFrameTheyHaveTurnedForAllOfIt)
         const Given s = flying({0, 0, 0}, rate);
         const auto solver = make(s);
         EXPECT_EQ(solver->advance({}, n * dt).substeps, n);
-        const Off o = off(s, *solver, {}, rate * n * dt, 0.06);
+        const Off o = distance(s, *solver, {}, rate * n * dt, 0.06);
         EXPECT_LT(o.x, 5e-4) << n << " substeps: cells";
         EXPECT_LT(o.F, 4e-4) << n;
     }
@@ -111,7 +111,7 @@ TEST_P(FollowInTime, WhereAFrameIsCutTheyHaveComeAsFarAsTheClay)
         if (!GetParam().device) {
             EXPECT_EQ(stats.substeps, cut);
         }
-        EXPECT_LT(off(s, *solver, time * v, 0, 1).x, 3e-4) << cut << ": cells";
+        EXPECT_LT(distance(s, *solver, time * v, 0, 1).x, 3e-4) << cut << ": cells";
     }
 }
 

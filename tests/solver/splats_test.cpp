@@ -65,7 +65,7 @@ struct Off {
     double mean = 0, max = 0;           // Gaussians from the particles they began at [cells]
     double volume = 0, max_volume = 0;  // det F from the particle's volume ratio
 };
-Off off(const Simulator& solver)
+Off distance(const Simulator& solver)
 {
     const auto g = solver.gaussians();
     const auto q = solver.particles();
@@ -94,7 +94,7 @@ TEST_P(Follow, OfASpinningBallTheyTurnWithItAndKeepItsVolume)
     for (int f = 0; f < 30; ++f, time += frame) stats = solver->advance({}, frame);
     EXPECT_EQ(
         stats[Count::stranded] + stats[Count::splats_projected] + stats[Count::splats_repaired], 0);
-    const Off o = off(*solver);
+    const Off o = distance(*solver);
     EXPECT_LT(o.max, 0.01) << "cells";
     EXPECT_LT(o.volume, 5e-4);
     EXPECT_LT(o.max_volume, 0.01);
@@ -113,7 +113,7 @@ TEST_P(Follow, AtTheSurfaceOfABallThatFallsOnTheFloorTheyMoveWithIt)
     for (int f = 0; f < 24; ++f, solver->advance({}, frame))
         for (const auto& p : solver->particles()) lowest = std::fmin(lowest, volume_ratio(p));
     EXPECT_LT(lowest, 0.97) << "nothing was pressed";
-    const Off o = off(*solver);
+    const Off o = distance(*solver);
     EXPECT_LT(o.mean, 0.02) << "cells";
     EXPECT_LT(o.max, 0.25) << "cells";
     EXPECT_LT(o.volume, 5e-3);
@@ -244,7 +244,7 @@ TEST_P(FollowEdits, StillClayCarriesStillGaussiansAndThoseOfWokenClayGoWithIt)
     long woken = 0;
     for (int f = 0; f < 20; ++f) woken += solver->advance({}, frame)[Count::woken];
     EXPECT_GT(woken, 0);
-    const Off o = off(*solver);
+    const Off o = distance(*solver);
     EXPECT_LT(o.mean, 0.02) << "cells";
     EXPECT_LT(o.max, 0.3) << "cells";
     EXPECT_GT(solver->gaussians()[half].x.x, before[half].x.x + dx);

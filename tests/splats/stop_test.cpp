@@ -74,9 +74,9 @@ TEST_F(StoppedPictures, WhereverItIsGivenUpThereIsNone)
         const auto draw = [&] { return exact ? exact_raster(c, frame) : cpu_raster(c, frame); };
         const std::vector<Picture> whole = draw();
         frame.stop = asks.until(never);
-        const std::vector<Picture> asked = draw();
-        ASSERT_EQ(asked.size(), frame.eyes.size());
-        for (std::size_t e = 0; e < asked.size(); ++e) EXPECT_EQ(furthest(asked[e], whole[e]), 0);
+        const std::vector<Picture> polled = draw();
+        ASSERT_EQ(polled.size(), frame.eyes.size());
+        for (std::size_t e = 0; e < polled.size(); ++e) EXPECT_EQ(furthest(polled[e], whole[e]), 0);
         const int all = asks.count;
         EXPECT_GT(all, 20);
         for (int n = 1; n <= all; n = n < 40 ? n + 1 : n + n / 5) {

@@ -55,7 +55,7 @@ SurfaceOptions moving(int nodes)
 struct Off {
     double rms = 0, most = 0;
 };
-Off off(const Mesh& mesh, Vec3<double> way)
+Off distance(const Mesh& mesh, Vec3<double> way)
 {
     Off o;
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -75,7 +75,7 @@ Particles ball_of_clay() { return filled(h, 11, 0, ball({0.5, 0.5, 0.5}, 0.25));
 TEST(Advance, OfABallThatFliesIsItsWayAlongTheNormals)
 {
     const Vec3<double> way{0.3 / 64, -0.4 / 64, 0};
-    SurfacePast past;
+    SurfaceHistory past;
     const Particles first = ball_of_clay();
     const std::vector<Mesh> before = surface(first, materials, moving(64), nullptr, &past);
     ASSERT_EQ(before.size(), 1u);
@@ -83,7 +83,7 @@ TEST(Advance, OfABallThatFliesIsItsWayAlongTheNormals)
     const std::vector<Mesh> after =
         surface(moved(first, way), materials, moving(64), nullptr, &past);
     ASSERT_EQ(after[0].advance.size(), after[0].vertices.size());
-    const Off o = off(after[0], way);
+    const Off o = distance(after[0], way);
     EXPECT_LT(o.rms, 0.1 * length(way));
     EXPECT_LT(o.most, 0.4 * length(way));
     const std::vector<Mesh> still =
@@ -102,16 +102,16 @@ TEST(Advance, IsTheSameOnADevice)
     const std::vector<Mesh> began = device.surface(first);
     for (const float a : began.at(0).advance) ASSERT_EQ(a, 0);
     const std::vector<Mesh> flown = device.surface(then);
-    SurfacePast past;
+    SurfaceHistory past;
     surface(first, materials, moving(64), nullptr, &past);
     const std::vector<Mesh> wanted = surface(then, materials, moving(64), nullptr, &past);
-    const Off mine = off(flown.at(0), way), theirs = off(wanted.at(0), way);
+    const Off mine = distance(flown.at(0), way), theirs = distance(wanted.at(0), way);
     EXPECT_NEAR(mine.rms, theirs.rms, 1e-3 * length(way));
     EXPECT_NEAR(mine.most, theirs.most, 1e-2 * length(way));
     const auto kept = device.kept(first);
-    EXPECT_LT(off(kept->meshes().at(0), -1.0 * way).rms, 0.1 * length(way));
+    EXPECT_LT(distance(kept->meshes().at(0), -1.0 * way).rms, 0.1 * length(way));
     EXPECT_TRUE(device.kept(first)->meshes().at(0).advance.empty()) << "all 0";
-    device.leap();
+    device.reset_advance();
     EXPECT_TRUE(device.kept(then)->meshes().at(0).advance.empty());
     device.forget();
     EXPECT_TRUE(device.kept(first)->meshes().at(0).advance.empty());

@@ -97,10 +97,10 @@ SurfaceWork followed(const Given& s, int frames, Advance&& advance,
             EXPECT_EQ(stats.outside, fresh_tally.outside) << where;
             const SurfaceWork work = kept[k]->work();
             EXPECT_GT(work.blocks, 0);
-            EXPECT_EQ(fresh.work().softened, fresh.work().blocks);
+            EXPECT_EQ(fresh.work().smoothed, fresh.work().blocks);
             if (f == 0) continue;
             sum.blocks += work.blocks, sum.deposited += work.deposited;
-            sum.softened += work.softened;
+            sum.smoothed += work.smoothed;
         }
     }
     return sum;
@@ -124,8 +124,8 @@ TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhileClayFliesIntoClayThatSleeps)
         EXPECT_LT(t[Count::moved], t.substeps * count);
     });
     EXPECT_GT(work.deposited, 100);
-    EXPECT_LT(work.deposited, work.softened);
-    EXPECT_LT(double(work.softened), 0.95 * double(work.blocks));
+    EXPECT_LT(work.deposited, work.smoothed);
+    EXPECT_LT(double(work.smoothed), 0.95 * double(work.blocks));
 }
 
 TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhereClayIsWokenByAPush)
@@ -147,7 +147,7 @@ TEST_F(GpuKeptSurface, IsThatOfAllParticlesWhereOnlyClayNearToolsMoves)
         projected += solver.advance(closing((f - 1) * frame, frame), frame)[Count::projected];
     });
     EXPECT_GT(projected, 0);
-    EXPECT_LT(double(work.softened), 0.9 * double(work.blocks));
+    EXPECT_LT(double(work.smoothed), 0.9 * double(work.blocks));
 }
 
 // Almost a cell in a frame's only substep, out of all blocks that move: there nobody looks at it
@@ -190,7 +190,7 @@ TEST_F(GpuKeptSurface, IsNotMadeAgainWhereNothingMoves)
             SurfaceStats stats;
             EXPECT_TRUE(same_bits(kept.surface(*solver->clay(), &stats), first));
             EXPECT_EQ(kept.work().deposited, 0);
-            EXPECT_EQ(kept.work().softened, 0);
+            EXPECT_EQ(kept.work().smoothed, 0);
             EXPECT_GT(kept.work().blocks, 0);
         }
         fresh.surface(*solver->clay());
@@ -213,7 +213,7 @@ TEST_F(GpuKeptSurface, IsMadeBehindTheFrameThatMovesItsClay)
     }
     fresh.surface(solver->particles());
     expect_same(kept, fresh, "");
-    EXPECT_EQ(kept.work().softened, 0);
+    EXPECT_EQ(kept.work().smoothed, 0);
 }
 
 TEST_F(GpuKeptSurface, KeepsNothingOfOtherClay)

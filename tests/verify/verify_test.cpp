@@ -122,7 +122,7 @@ TEST(Verify, AnOutcomeIsToldAndHeardAlike)
     o.ending = Ending::guarded, o.note = "clipped 3";
     o.stats[Count::clipped] = 3, o.stats.substeps = 9, o.stats.dt_min = 1e-5;
     o.energy_gain = std::nan(""), o.volume = 0.25, o.crowded = 0.5;
-    const Outcome same = heard(nlohmann::json::parse(json_of(o).dump()));
+    const Outcome same = parse_outcome(nlohmann::json::parse(json_of(o).dump()));
     EXPECT_EQ(same.ending, Ending::guarded);
     EXPECT_EQ(same.note, "clipped 3");
     EXPECT_EQ(same.stats[Count::clipped], 3);

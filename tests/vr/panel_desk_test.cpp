@@ -22,8 +22,8 @@ TEST(PanelSliders, are_even_in_the_ratio)
 // While clay is carried against a wall each frame is refused.
 TEST(HeadsetNotices, tell_a_refusal_once_and_show_it_for_some_seconds_after_the_last)
 {
-    std::vector<std::string> told;
-    HeadsetNotices notices([&](const std::string& text) { told.push_back(text); });
+    std::vector<std::string> messages;
+    HeadsetNotices notices([&](const std::string& text) { messages.push_back(text); });
     LiveState state{};
     notices.follow(state, 0);
     EXPECT_EQ(notices.at(0), "");
@@ -32,8 +32,8 @@ TEST(HeadsetNotices, tell_a_refusal_once_and_show_it_for_some_seconds_after_the_
         state.refusal = "clay at (" + std::to_string(k) + ", 0, 0) m would lie behind a wall";
         notices.follow(state, k / 90.0);
     }
-    ASSERT_EQ(told.size(), 1u);
-    EXPECT_EQ(told[0], "refused: clay at (0, 0, 0) m would lie behind a wall");
+    ASSERT_EQ(messages.size(), 1u);
+    EXPECT_EQ(messages[0], "refused: clay at (0, 0, 0) m would lie behind a wall");
     EXPECT_EQ(notices.at(1), "clay would lie behind a wall");
     EXPECT_EQ(notices.at(5.9), "clay would lie behind a wall");
     EXPECT_EQ(notices.at(6), "");
@@ -42,7 +42,7 @@ TEST(HeadsetNotices, tell_a_refusal_once_and_show_it_for_some_seconds_after_the_
     ++state.refused, state.refusal = "there is no object 3";
     notices.follow(state, 8);
     EXPECT_EQ(notices.at(8), "there is no object 3");
-    EXPECT_EQ(told.size(), 2u);
+    EXPECT_EQ(messages.size(), 2u);
 }
 
 // A live session that is stepped, with little clay.
@@ -52,18 +52,18 @@ class PanelDeskTest : public testing::Test {
     LiveSession live{load_live_scene("scenes/squeeze.json", settings), [] {
                          LiveOptions options;
                          options.stepped = true, options.recorded = false;
-                         options.make = [](const auto& s) {
+                         options.make_solver = [](const auto& s) {
                              return make_solver(s, parse_device("cpu"));
                          };
                          return options;
                      }()};
     PanelDesk desk{"scenes/squeeze.json", settings};
-    HeadsetHands hands{(live.settle(), live.state()->hands)};
+    HeadsetHands hands{(live.wait_for_commands(), live.state()->hands)};
 
     void act(PanelAct what, int step = 0, float value = -1)
     {
         desk.apply({what, step, value}, *live.state(), live, hands);
-        live.settle();
+        live.wait_for_commands();
         EXPECT_EQ(live.state()->refusal, "");
     }
     SimulationConfig config()
@@ -107,12 +107,12 @@ TEST_F(PanelDeskTest, changes_materials_gravity_and_tools)
 TEST_F(PanelDeskTest, knows_a_refusal_from_an_end)
 {
     live.move_clay(0, {{1, 0, 0, 0}, {0.9, 0, 0}});
-    live.settle();
+    live.wait_for_commands();
     const auto refused = live.state();
     EXPECT_EQ(refused->refused, 1);
     EXPECT_EQ(short_refusal(refused->refusal), "clay would lie behind a wall");
-    EXPECT_EQ(refused->trouble, "");
-    EXPECT_EQ(desk.view(*refused, hands).trouble, "");
+    EXPECT_EQ(refused->failure, "");
+    EXPECT_EQ(desk.view(*refused, hands).failure, "");
     live.advance_to(0.05);
     EXPECT_GT(live.state()->frame.number, refused->frame.number);
 }
@@ -123,7 +123,7 @@ TEST_F(PanelDeskTest, shows_no_gravity_in_a_scene_that_has_none_and_can_give_it_
     std::vector<std::string> without = settings;
     without.push_back("gravity=[0,0,0]");
     live.load("scenes/squeeze.json", without);
-    live.settle();
+    live.wait_for_commands();
     EXPECT_FALSE(desk.view(*live.state(), hands).gravity);
     EXPECT_EQ(length(desk.gravity_of(*live.state())), 0);
     act(PanelAct::gravity);
@@ -152,7 +152,7 @@ TEST_F(PanelDeskTest, makes_the_surface_finer_while_the_clay_stays)
     EXPECT_EQ(desk.view(*live.state(), hands).surface, 16) << "no coarser";
     EXPECT_EQ(live.state()->refused, 0);
     live.set_surface(4000);
-    live.settle();
+    live.wait_for_commands();
     EXPECT_EQ(live.state()->refused, 1);
 }
 
@@ -168,7 +168,7 @@ TEST_F(PanelDeskTest, begins_anew_by_reset_cells_and_scene)
     EXPECT_GT(desk.view(*live.state(), hands).nodes, nodes);
     act(PanelAct::scene, 1);
     EXPECT_NE(desk.view(*live.state(), hands).scene, "squeeze");
-    EXPECT_EQ(live.state()->trouble, "");
+    EXPECT_EQ(live.state()->failure, "");
     act(PanelAct::scene, -1);
     EXPECT_EQ(desk.view(*live.state(), hands).scene, "squeeze");
 }

@@ -82,16 +82,16 @@ TEST(Panel, is_pressed_once_by_a_finger_that_comes_from_before)
 // A finger that comes to an item, stays in it for so many seconds, and goes; what it asked for.
 int presses(HeadsetPanel& panel, const PanelItem& item, double seconds, Vec3<float> slide = {})
 {
-    int asked = 0;
+    int triggered = 0;
     double time = 10;
     const auto at = [&](float before, Vec3<float> aside) {
-        asked += bool(panel.poke(right, tip_on(item, before) + aside, true, time += 1.0 / 90));
+        triggered += bool(panel.poke(right, tip_on(item, before) + aside, true, time += 1.0 / 90));
     };
     at(0.03f, {});
     const int frames = int(std::lround(90 * seconds));
     for (int k = 0; k < frames; ++k) at(-0.005f, (float(k) / float(frames)) * slide);
     at(0.03f, {});
-    return asked;
+    return triggered;
 }
 
 TEST(Panel, is_asked_for_what_loses_work_by_a_finger_that_stays_for_a_second)
@@ -163,7 +163,7 @@ TEST(Panel, shows_a_refusal_for_some_seconds_and_an_end_for_good)
 
     const HeadsetPanel panel;
     PanelView refused, ended;
-    refused.notice = ended.trouble = "clay would lie behind a wall";
+    refused.notice = ended.failure = "clay would lie behind a wall";
     const std::string plain = drawn_by(panel, {});
     EXPECT_NE(drawn_by(panel, refused), plain);
     EXPECT_NE(drawn_by(panel, ended), drawn_by(panel, refused));
@@ -223,7 +223,7 @@ TEST(Panel, shows_what_it_is_told)
     view.gravity = false, all.insert(drawn(view, figures));
     view.stiffness = 0.6f, all.insert(drawn(view, figures));
     view.left_tool = "knife", all.insert(drawn(view, figures));
-    view.trouble = "a particle was lost", all.insert(drawn(view, figures));
+    view.failure = "a particle was lost", all.insert(drawn(view, figures));
     FrameParts late;
     late.period = 0.01, late.draw = 0.02;
     figures.add(late), all.insert(drawn(view, figures));

@@ -54,12 +54,12 @@ TEST_F(KneadVr, says_before_what_a_frame_takes_on_the_cells_that_are_asked_for)
 
 TEST_F(KneadVr, says_where_the_room_behind_the_clay_is_not_shown)
 {
-    const std::vector<std::string> asked{"--see-through"};
-    EXPECT_NE(messages(asked).find("--see-through"), std::string::npos);
+    const std::vector<std::string> arguments{"--see-through"};
+    EXPECT_NE(messages(arguments).find("--see-through"), std::string::npos);
     EXPECT_EQ(messages({}).find("--see-through"), std::string::npos);
     Json script = squeeze();
     script["passthrough"] = true;
-    EXPECT_EQ(messages(asked, script).find("--see-through"), std::string::npos);
+    EXPECT_EQ(messages(arguments, script).find("--see-through"), std::string::npos);
 }
 
 // At 6 frames a second the recorded hands touch; at 3 none does, and that is said.
