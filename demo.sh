@@ -62,9 +62,9 @@ if [ -n "$first" ]; then
 else
     echo "pictures      none: see \"left out\" above"
 fi
-echo "a pot         out/demo-pot/pictures: a photographed object, squeezed; its splats as they are"
-echo "              now in out/demo-pot/splats.ply, for any viewer of Gaussian splats"
+echo "a pot         out/demo-pot/pictures: a pot of Gaussian splats, squeezed; its splats as they"
+echo "              are now in out/demo-pot/splats.ply, for any viewer of Gaussian splats"
 echo "mesh          out/demo/mesh.glb, for any viewer of glTF"
 echo "report        out/demo/report.json and, frame by frame, out/demo/frames.csv"
-echo "              (README.md says how to read them)"
+echo "              (docs/guide/first-hour.md, section 4, says how to read them)"
 echo "next          ./build/demo/knead run scenes/imprint.json --out out/imprint"
