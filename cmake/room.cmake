@@ -8,6 +8,19 @@ if(KNEAD_SANITIZE)
     set(knead_unwatched -fno-sanitize-address-use-after-scope)
 endif()
 
+# UNITY_BUILD is of CUDA, too, from CMake 3.31 on. Until then, with KNEAD_UNITED: puts one file that
+# includes all others, NAME.cu, in place of a list of .cu files.
+function(knead_unite_cuda list name)
+    list(LENGTH ${list} count)
+    if(KNEAD_UNITED AND count GREATER 1)
+        list(TRANSFORM ${list} REPLACE "(.+)" "#include \"\\1\"\n" OUTPUT_VARIABLE includes)
+        list(JOIN includes "" includes)
+        set(one ${CMAKE_CURRENT_BINARY_DIR}/${name}.cu)
+        file(CONFIGURE OUTPUT ${one} CONTENT "${includes}" @ONLY)
+        set(${list} ${one} PARENT_SCOPE)
+    endif()
+endfunction()
+
 # The calling folder's files as a part of the library `solver` or `app`: an object library, named
 # knead_FOLDER and given in the variable `room`. FLAGS are those of the C++ compiler. With
 # KNEAD_UNITED the files are compiled together, but for those that are listed after APART.
@@ -16,25 +29,24 @@ function(knead_room library)
     file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
     string(MAKE_C_IDENTIFIER knead_${folder} name)
     set(room ${name} PARENT_SCOPE)
+    set(cuda_sources "")
     if(NOT with_SOURCES)
         file(GLOB with_SOURCES CONFIGURE_DEPENDS *.cpp)
         if(KNEAD_CUDA)
             file(GLOB cuda_sources CONFIGURE_DEPENDS *.cu)
         endif()
     endif()
-    # CMake unites CUDA from 3.31 on; until then by a file that includes the others.
-    list(LENGTH cuda_sources count)
-    if(KNEAD_UNITED AND count GREATER 1 AND NOT folder MATCHES "^cuda/")
-        list(TRANSFORM cuda_sources REPLACE "(.+)" "#include \"\\1\"\n")
-        list(JOIN cuda_sources "" includes)
-        set(cuda_sources ${CMAKE_CURRENT_BINARY_DIR}/united.cu)
-        file(CONFIGURE OUTPUT ${cuda_sources} CONTENT "${includes}" @ONLY)
+    set(united ${KNEAD_UNITED})
+    if(folder MATCHES "^cuda/")  # each file of kernels is heavy alone
+        set(united OFF)
+    else()
+        knead_unite_cuda(cuda_sources united)
     endif()
     add_library(${name} OBJECT ${with_SOURCES} ${cuda_sources})
     target_link_libraries(${name} PRIVATE knead_${library}_room)
     target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:${with_FLAGS}>)
     set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON
-        CUDA_RUNTIME_LIBRARY Static UNITY_BUILD ${KNEAD_UNITED} UNITY_BUILD_BATCH_SIZE 0)
+        CUDA_RUNTIME_LIBRARY Static UNITY_BUILD ${united} UNITY_BUILD_BATCH_SIZE 0)
     if(library STREQUAL "solver" AND PROJECT_IS_TOP_LEVEL)
         # What ptxas says of every kernel is kept beside its object, for tests/kernels_test.sh.
         target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CUDA>:-Xptxas=-v>)

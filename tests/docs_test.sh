@@ -12,7 +12,7 @@ pages=({README,CHANGELOG,CONTRIBUTING,SECURITY}.md docs/{,*/}*.md
 sources=({cuda,host,render,xr,tests,profiling,examples}/**/*.{h,cuh,cpp,cu,sh,py}
     CMakeLists.txt {cuda,host,render,xr,tests,profiling}/**/CMakeLists.txt cmake/*.cmake
     CMakePresets.json .clang-tidy *.sh)
-rooms='(cuda|host|render|xr|tests|docs|scenes|profiling|examples)'
+rooms='(cuda|host|render|xr|tests|docs|scenes|profiling|examples|cmake)'
 
 . tests/none.sh
 # PAGE:LINE:WORD for every match of an expression in the pages.
