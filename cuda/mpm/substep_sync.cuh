@@ -52,10 +52,9 @@
 //
 // Each overlap has a bit in cuda/mpm/overlap.h, and so has what grid does by a) and b), which needs
 // its early launch to gain time. WithOverlaps in host/solver/gpu/overlaps.h selects which a solver
-// uses. Without any, all launches are in plain stream order, the waits
-// above return at once, and the result is the same: tests/solver/gpu_overlap_test.cpp. An overlap
-// that gains less than 2 % of a substep of 137 000 particles is not used; those measured are in
-// docs/engineering/dropped.md.
+// uses. Without any, all launches are in plain stream order, the waits above return at once, and
+// the result is the same: tests/solver/gpu_overlap_test.cpp. An overlap that gains less than 2 % of
+// a substep of 137 000 particles is not used; those measured are in docs/engineering/dropped.md.
 #pragma once
 #include <cuda/atomic>
 
