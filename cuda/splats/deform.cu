@@ -111,12 +111,11 @@ template <class Case>
 __global__ void __launch_bounds__(threads, Case::features.blades ? 5 : 6)
     follow_kernel(const __grid_constant__ DeformView d)
 {
+    let_next_stage_start();
     const int own = own_index();
     const bool valid = own < *d.splats.live;
     const float4 place = d.splats.row(0, min(own, d.splats.room - 1));
-    // Returns at once: the kernel starts when grid has ended. Without it ptxas moves both loads
-    // behind those of the clock: two more latencies.
-    wait_for_previous_stage();
+    asm volatile("" ::: "memory");  // loaded together with the clock, not after it
     const Stretch before = stretch(d);
     if (before.substeps == 0) return;
     LinearField<float> field;
