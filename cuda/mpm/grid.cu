@@ -97,7 +97,7 @@ __device__ void choose_next_dt(const GridUpdateView& d)
     atomicAdd(&c.drift, now.clay.speed * step.dt);
     c.step(n + 1) = next;
     c.dt[0] = float(step.dt), c.dt[1] = float(next.dt);
-    c.begun = n;
+    publish_begun(c, n);
     if (!(step.dt > 0)) return;
     if (lag.due()) lag = {};  // the Gaussians moved after the previous substep
     lag.add(step.dt);

@@ -252,8 +252,9 @@ struct P2gView : ScatterView {
     RestMode mode;
     Vec3<float> gravity;  // [m/s^2]
     const int* listed;    // runs, with sleep only
+    bool beside_sort;     // a sort may run concurrently: read from the side before it
 };
-P2gView p2g_view(const Views& d);
+P2gView p2g_view(const Views& d, bool beside_sort);
 
 // Sleep: neighbourhoods of blocks that have woken.
 struct GuardView {
@@ -321,6 +322,7 @@ struct G2pView : ScatterView {
     WakeView rest;
     bool captured;
     cudaGraphConditionalHandle again;
+    bool pose_ahead, load_ahead;  // see overlap.h
 };
 G2pView g2p_view(const Views& d);
 

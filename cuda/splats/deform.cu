@@ -111,11 +111,11 @@ template <class Case>
 __global__ void __launch_bounds__(threads, Case::features.blades ? 5 : 6)
     follow_kernel(const __grid_constant__ DeformView d)
 {
-    let_next_stage_start();
     const int own = own_index();
     const bool valid = own < *d.splats.live;
+    // Position after its last move, in a substep that has ended.
     const float4 place = d.splats.row(0, min(own, d.splats.room - 1));
-    asm volatile("" ::: "memory");  // loaded together with the clock, not after it
+    wait_for_previous_stage();
     const Stretch before = stretch(d);
     if (before.substeps == 0) return;
     LinearField<float> field;
@@ -160,7 +160,7 @@ template <class Case>
 __global__ void __launch_bounds__(threads, 4) clear_kernel(const __grid_constant__ DeformView d)
 {
     constexpr Features f = Case::features;
-    let_next_stage_start();
+    wait_for_previous_stage();
     if (!clears(d)) return;
     const int n = stretch(d).n, live = *d.splats.live;
     for (int from = int(blockIdx.x) * threads; from < live; from += int(gridDim.x) * threads) {
@@ -193,12 +193,15 @@ void deform(const Views& views, const GaussianView& splats, float per_mass,
                           views.clock};
     const auto moved = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return follow_kernel<Case>; });
-    launch("deform", moved, blocks_for(splats.room, threads), threads, stream, view);
+    // A kernel after a loop is not launched early.
+    const unsigned allowed = at_end ? overlap::none : views.overlaps;
+    launch_early(allowed, overlap::deform, "deform", moved, blocks_for(splats.room, threads),
+                 threads, stream, view);
     if (view.near.passes == 0 || !(at_end || view.fast)) return;
     const auto cleared = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return clear_kernel<Case>; });
-    launch("deform: out of tools", cleared, blocks_for(splats.room, each * threads), threads,
-           stream, view);
+    launch_early(allowed, overlap::deform, "deform: out of tools", cleared,
+                 blocks_for(splats.room, each * threads), threads, stream, view);
 }
 
 }  // namespace knead::gpu

@@ -230,7 +230,7 @@ void Scatters::shipped()
 {
     time(
         "as shipped: p2g, blocks listed, too",
-        [&] { gpu::p2g(clay.views(), clay.features(), 0, bench.stream); }, 0);
+        [&] { gpu::p2g(clay.views(), clay.features(), 0, false, bench.stream); }, 0);
 }
 
 void Scatters::all()
