@@ -1,7 +1,9 @@
-// Time per substep of a ball of clay between two closing tools, with what was computed: a hash of
-// the particles, to see whether a change of speed was a change of result.
+// Time per substep of a ball of clay between two closing tools, or in the hands of
+// scenes/squeeze.json from their first contact on, with what was computed: a hash of the particles,
+// to see whether a change of speed was a change of result.
 // usage: bench_substep [nodes=64] [frames=30] [gpu|cpu|deterministic] [tools=1] [plastic=1]
 //                      [Gaussians=0] [dt=0] [--overlaps MASK]
+//        bench_substep hands [frames=30] [gpu|cpu|deterministic] [--overlaps MASK]
 // dt: of every substep [us], so that two versions take the same; 0: as stability asks.
 // MASK: which kernels of a frame may overlap, bits of cuda/mpm/overlap.h, in decimal or in hex with
 // 0x; 0: plain stream order.
@@ -13,7 +15,11 @@
 #include <cstring>
 #include <string>
 
+#include "host/base/machine.h"
 #include "host/bench/ball.h"
+#include "host/bench/bench.h"
+#include "host/scene/scene_hands.h"
+#include "host/scene/seed.h"
 #include "host/solver/editable_simulator.h"
 #include "host/solver/gpu/overlaps.h"
 
@@ -88,6 +94,29 @@ int run(int nodes, int frames, const std::string& on, bool tools, bool plastic, 
     return 0;
 }
 
+int run_hands(int frames, const std::string& on)
+{
+    Scene scene = read_scene("scenes/squeeze.json");
+    build(scene, available_memory());
+    scene.setup.deterministic = on == "deterministic";
+    const HandSource hands(hands_of(scene), scene.hands);
+    const double count = double(scene.setup.particles.size());
+    const auto solver = on == "cpu" ? cpu_solver(scene.setup) : gpu_solver(scene.setup, 0);
+    std::printf("%s: %.0f particles, %s\n", solver->name().c_str(), count, scene.name.c_str());
+    constexpr int warm_up = 5;  // frames before contact, not timed
+    std::vector<double> per_substep;
+    FrameStats total;
+    drive(scene, *solver, &hands, std::max(0, first_contact(scene, hands) - warm_up),
+          [&](const FrameResult& f) {
+              if (f.number <= warm_up) return true;
+              per_substep.push_back(f.times.solver / std::max(f.stats.substeps, 1));
+              add_to(total, f.stats);
+              return int(per_substep.size()) < frames;
+          });
+    report(*solver, per_substep, total, count);
+    return 0;
+}
+
 }  // namespace
 
 int main(int count, char** words)
@@ -98,18 +127,22 @@ int main(int count, char** words)
     const auto number = [&](int at, int otherwise) {
         return count > at ? std::atoi(words[at]) : otherwise;
     };
-    const int nodes = number(1, 64), frames = number(2, 30);
+    const bool with_hands = count > 1 && std::strcmp(words[1], "hands") == 0;
+    const int nodes = with_hands ? 64 : number(1, 64), frames = number(2, 30);
     const std::string on = count > 3 ? words[3] : "gpu";
     if (nodes < 16 || nodes > 512 || nodes % 4 || frames < 1 ||
         (on != "gpu" && on != "cpu" && on != "deterministic")) {
         std::fprintf(stderr,
                      "usage: bench_substep [nodes: 16 to 512, by 4] [frames] "
                      "[gpu|cpu|deterministic] [tools 0|1] [plastic 0|1] [Gaussians] [dt in us] "
+                     "[--overlaps MASK]\n"
+                     "       bench_substep hands [frames] [gpu|cpu|deterministic] "
                      "[--overlaps MASK]\n");
         return 2;
     }
     try {
         const gpu::WithOverlaps only(overlaps);
+        if (with_hands) return run_hands(frames, on);
         return run(nodes, frames, on, number(4, 1) != 0, number(5, 1) != 0, number(6, 0),
                    number(7, 0));
     } catch (const std::exception& e) {
