@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# Measures anew all that is kept of a card: its benchmarks and small measurements in
-# profiling/results/<card>/, and the tables of docs/engineering/kernels.md. With a folder of
-# programs that were built elsewhere it needs nothing but a driver, CUPTI and Nsight Compute (the
-# CUDA toolkit has both), Python 3, its package taichi for the peer and matplotlib for the drawings.
-# Goes on after a failure; ends with 1 then.
+# Measures anew all that is kept of a card: its benchmarks in profiling/results/<card>/, and the
+# tables of docs/engineering/kernels.md. With a folder of programs that were built elsewhere it
+# needs nothing but a driver, CUPTI and Nsight Compute (the CUDA toolkit has both), Python 3, its
+# package taichi for the peer and matplotlib for the drawings. Goes on after a failure; ends with 1
+# then.
 # usage: profiling/measure.sh [FOLDER_OF_PROGRAMS=build] [FOLDER_FOR_COUNTERS=out/measure]
-#        [PARTS="bench micro kernels"]
+#        [PARTS="bench kernels"]
 set -u
 cd "$(dirname "$0")/.."
 programs=${1:-build}
 work=${2:-out/measure}
-parts=${3:-bench micro kernels}
+parts=${3:-bench kernels}
 card=$(nvidia-smi --query-gpu=name --format=csv,noheader | head -n 1 | tr '[:upper:]' '[:lower:]' |
     sed 's/[^a-z0-9][^a-z0-9]*/-/g; s/^-//; s/-$//')
 [ -n "$card" ] || { echo "no GPU answers nvidia-smi" >&2; exit 4; }
-for program in knead bench_substep bench_surface bench_micro peer_plain; do
+for program in knead bench_substep bench_surface peer_plain; do
     [ -x "$programs/$program" ] || { echo "no $programs/$program: build it first" >&2; exit 2; }
 done
 results=profiling/results/$card
@@ -22,17 +22,6 @@ mkdir -p "$work" "$results" || exit 5
 
 bench() {
     "$programs/knead" bench --peers --count --overwrite --out "$results" >"$work/bench.txt"
-}
-
-# The instructions are counted in a run of their own.
-micro() {
-    ncu --clock-control none --metrics smsp__inst_executed.sum -f -o "$work/micro" \
-        "$programs/bench_micro" --once "$work/names.txt" >"$work/micro.log" 2>&1 &&
-        ncu --import "$work/micro.ncu-rep" --page raw --csv >"$work/micro-raw.csv" &&
-        profiling/micro/instructions.py "$work/names.txt" "$work/micro-raw.csv" \
-            >"$work/counted.csv" &&
-        "$programs/bench_micro" --instructions "$work/counted.csv" --csv "$results/micro.csv" \
-            >"$work/micro.txt"
 }
 
 kernels() {
@@ -43,7 +32,7 @@ kernels() {
 failed=0
 for part in $parts; do
     case $part in
-        bench | micro | kernels) ;;
+        bench | kernels) ;;
         *) echo "no part $part" >&2; exit 2 ;;
     esac
     start=$SECONDS
