@@ -114,12 +114,10 @@ __global__ void __launch_bounds__(run_length(Case::features))
     if (i + 1 == count || int(keys[i + 1]) / block_nodes != block) d.range[block].y = i + 1;
 }
 
-// Moves the k-th row, or `together` rows from k on. Only its writes depend on the previous moves,
-// not its reads: it waits between reading and writing. The last row switches the current side.
+// Moves the k-th row, or `together` rows from k on. The last row switches the current side.
 template <class Case, int together>
 __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ SortView d, int k)
 {
-    trigger_dependents();
     const int i = int(blockIdx.x * threads + threadIdx.x), side = d.clock->sorted_from;
     const ParticleView &from = d.particles[side], &to = d.particles[side ^ 1];
     const bool valid = i < from.count, last = k == particle_rows - together;
@@ -135,7 +133,6 @@ __global__ void __launch_bounds__(threads) move_kernel(const __grid_constant__ S
             a[t].w = __uint_as_float((__float_as_uint(a[t].w) & ~still_bit) | still);
     }
     const int id = last ? from.ids[j] : 0;
-    wait_upstream_and_trigger();
     if (!valid) return;
     UNROLL
     for (int t = 0; t < together; ++t) to.row(row(t), i) = a[t];
@@ -254,11 +251,8 @@ void arrange(const Views& views, const Features& features, cudaStream_t stream)
     if (apart(views.particles)) return launch("sort move", all, blocks, threads, stream, sides, 0);
     const auto one =
         dispatch<relevant>(features, []<class Case>(Case) { return move_kernel<Case, 1>; });
-    // The first launch reads what the previous kernel writes.
-    launch("sort move", one, blocks, threads, stream, sides, 0);
-    for (int k = 1; k < particle_rows; ++k)
-        launch_early(views.overlaps, overlap::sorted_rows, "sort move", one, blocks, threads,
-                     stream, sides, k);
+    for (int k = 0; k < particle_rows; ++k)
+        launch("sort move", one, blocks, threads, stream, sides, k);
 }
 
 }  // namespace knead::gpu

@@ -16,8 +16,9 @@
 //   of a frame    after all stages
 //   grid n        end of g2p n - 1    after its wait   a) posed, begun, steps, lists of blocks;
 //                                                      b) if posed: tools, nodes of n - 1
-//   deform n      end of grid n       after its wait   positions of Gaussians, their number
-//   ... tools n   end of deform n     after its wait   -
+//   deform n;     nothing: launched   at its start     -
+//   ... tools n   after the kernel
+//                 before it
 //   clear         end of the kernel   after its wait   -
 //   pressures n   before it
 //   g2p n,        end of the kernel   after its wait   c) side, its run, positions in it
@@ -63,10 +64,8 @@
 //   line_up   beside    masks, sort   p2g, all substeps  only the next frame uses the order, which
 //                                                        positions of this frame do well enough
 //
-// Three of their kernels start early, too: masks after the sweep (before its wait: which tools are
-// active), line_up after the search for runs near tools (nothing), and the moves of the second and
-// later rows in a sort (before its wait a move reads its own row; it writes after it, where the
-// previous move has read).
+// Two of their kernels start early, too: masks after the sweep (before its wait: which tools are
+// active), and line_up after the search for runs near tools (nothing).
 //
 // Each overlap has a bit in cuda/mpm/overlap.h, and so have a) with b), c) and d), which need the
 // early launch of their kernel to gain time. WithOverlaps in host/solver/gpu/overlaps.h selects

@@ -193,15 +193,12 @@ void deform(const Views& views, const GaussianView& splats, float per_mass,
                           views.clock};
     const auto moved = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return follow_kernel<Case>; });
-    // A kernel after a loop is not launched early.
-    const unsigned allowed = at_end ? overlap::none : views.overlaps;
-    launch_early(allowed, overlap::deform, "deform", moved, blocks_for(splats.room, threads),
-                 threads, stream, view);
+    launch("deform", moved, blocks_for(splats.room, threads), threads, stream, view);
     if (view.near.passes == 0 || !(at_end || view.fast)) return;
     const auto cleared = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return clear_kernel<Case>; });
-    launch_early(allowed, overlap::deform, "deform: out of tools", cleared,
-                 blocks_for(splats.room, each * threads), threads, stream, view);
+    launch("deform: out of tools", cleared, blocks_for(splats.room, each * threads), threads,
+           stream, view);
 }
 
 }  // namespace knead::gpu
