@@ -304,7 +304,7 @@ Solid find_solid(const SplatCloud& cloud, const Indices& kept, const SolidOption
     if (kept.empty()) throw InputError("expected splats of an object, found none");
     const Box3<double> box = box_of(cloud, kept);
     if (!(longest_edge(box) > 0) || !std::isfinite(longest_edge(box)))
-        throw InputError("expected splats that make up an object, found all of them in one point");
+        throw InputError("expected splats of an object, found all at one point");
     const double h = covering_spacing(cloud, kept, box, clamp(options.max_cells, 8, 320));
     Solid solid;
     solid.grid = grid_over(box, h);

@@ -27,9 +27,9 @@ int run_and_report(const std::function<int()>& action)
     } catch (const DeviceLost& e) {
         return say(e.what(), exit_device);
     } catch (const std::bad_alloc&) {
-        return say("more memory is needed than there is", exit_resource);
+        return say("out of memory", exit_resource);
     } catch (const std::exception& e) {
-        return say((std::string("a fault of the program: ") + e.what()).c_str(), exit_check);
+        return say((std::string("internal error: ") + e.what()).c_str(), exit_check);
     }
 }
 

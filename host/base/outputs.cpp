@@ -50,7 +50,7 @@ void check_place(const std::string& folder, std::string name, bool overwrite)
     std::error_code problem;
     const fs::file_status status = fs::symlink_status(path, problem);
     if (!fs::exists(status)) return;
-    if (fs::is_other(status)) fail(path.string(), "is there and is no regular file");
+    if (fs::is_other(status)) fail(path.string(), "exists and is not a regular file");
     if (fs::is_directory(path, problem) != is_folder)
         fail(path.string(), is_folder ? "is no folder" : "is a folder");
 }
@@ -190,7 +190,7 @@ void PartialFile::put_in_place()
     // Do not replace a device file by renaming.
     std::error_code problem;
     if (fs::is_other(fs::symlink_status(place, problem)))
-        fail(file, "cannot be written: it is there and is no regular file");
+        fail(file, "cannot be written: it exists and is not a regular file");
     int reason = flush(made);
     // Close before renaming: network file systems may report errors only here.
     if (::close(made) != 0 && reason == 0) reason = errno;

@@ -59,7 +59,7 @@ int convert_verb(const ConvertOptions& given)
     ConvertOptions o = given;
     o.in = with_form(o.in, o.from);
     if (o.out == "-") {
-        if (o.to.empty()) throw UsageError("OUT: -: --to says its format, e.g. --to ply");
+        if (o.to.empty()) throw UsageError("OUT: -: give its format by --to, e.g. --to ply");
         o.out += o.to.starts_with('.') ? o.to : "." + o.to;
     }
     const FileKind kind = file_kind(o.in);

@@ -196,7 +196,8 @@ Path path_of(const RenderOptions& o, const SplatCloud& cloud)
         path.from = path.to + 1.5 * ball.radius / std::sin(std::atan(h)) *
                                   (std::cos(0.25) * front + std::sin(0.25) * path.up);
     }
-    if (!(length(path.from - path.to) > 1e-9)) throw UsageError("--eye: it is where it looks at");
+    if (!(length(path.from - path.to) > 1e-9))
+        throw UsageError("--eye: expected another point than --at");
     read_keys(o, path);
     return path;
 }
@@ -223,7 +224,7 @@ void check_options(const RenderOptions& o)
             "found \"" +
             o.video + "\"");
     if (!o.path.empty() && (o.orbit > 0 || !o.eye.empty() || !o.at.empty()))
-        throw UsageError("--path: it says all that --orbit, --eye and --at say");
+        throw UsageError("--path: cannot be combined with --orbit, --eye and --at");
 }
 
 // Opened before drawing: an unwritable video fails at once.
@@ -238,7 +239,7 @@ std::unique_ptr<Video> video_of(const RenderOptions& o, int width, int height)
 int run_video(const RenderOptions& o)
 {
     if (!o.out.empty() || !o.path.empty() || o.orbit > 0 || o.stereo || o.foveate > 0)
-        throw UsageError(o.files[0] + ": of the pictures of a run, only a --video is made");
+        throw UsageError(o.files[0] + ": pictures of a run can only be encoded as a --video");
     const std::vector<std::string> pictures = pictures_in(o.files[0]);
     if (pictures.empty())
         throw InputError(o.files[0] +

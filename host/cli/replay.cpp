@@ -26,8 +26,8 @@ std::unique_ptr<ActionReplay> replay_of(const Scene& scene, const Recording& rec
     if (!is_there(file)) return nullptr;
     HandActions actions = read_actions(file);
     if (actions.recording != file_hash(scene.hands.recording))
-        throw InputError(file + ": expected what was done beside " + scene.hands.recording +
-                         ", found that of another recording; without the file, the hands alone "
+        throw InputError(file + ": expected the actions recorded with " + scene.hands.recording +
+                         ", found those of another recording; without the file, only the hands "
                          "are played");
     note(fmt::format("{}: played, too; actions: {}", file, actions.all.size()));
     if (!actions.settings.empty())

@@ -170,9 +170,10 @@ void Session::keep_checkpoints(RunObserver& watch, const Simulator& solver, Devi
                              actions_file(scene.hands.recording) + " is played");
         return;
     }
-    if (is_standard(o.scene)) return note("no checkpoints: the scene has no file to go on from");
+    if (is_standard(o.scene))
+        return note("no checkpoints: a scene from standard input cannot be resumed");
     if (device.kind == DeviceKind::cpu_double) {
-        if (o.checkpoint) throw UsageError("--checkpoint: --device cpu:double keeps none");
+        if (o.checkpoint) throw UsageError("--checkpoint: not available with --device cpu:double");
         return;
     }
     const std::string name =
@@ -196,7 +197,7 @@ void Session::keep_splats(RunObserver& watch, Simulator& solver, Device device)
 {
     if (!splats->changes()) return;
     if (device.kind == DeviceKind::cpu_double) {
-        if (splats->local()) throw UsageError("--device cpu:double: has no local clay");
+        if (splats->local()) throw UsageError("--device cpu:double: local clay is not available");
         facts.left_out.push_back(
             "splats that are split or added: --device cpu:double does neither");
         return;

@@ -34,7 +34,7 @@ std::string reason_of(const std::exception_ptr& failure)
     try {
         std::rethrow_exception(failure);
     } catch (const std::bad_alloc&) {
-        return "more memory is needed than there is";
+        return "out of memory";
     } catch (const std::exception& e) {
         return e.what();
     }

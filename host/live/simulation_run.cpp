@@ -150,7 +150,7 @@ void SimulationRun::after(const FrameResult& frame)
     last_valid = true;
     time = options.stepped ? frame.hand_time + clock_offset : now();
     if (state_invalid(frame.stats, particles)) {
-        failure = fmt::format("frame {}: {} particles had to be put back", frame.number,
+        failure = fmt::format("frame {}: {} particles had to be reset", frame.number,
                               frame.stats[Count::repaired]);
         loop->stop(End::numerical_failure);
     } else if (splats.changes() && editable) {

@@ -143,7 +143,7 @@ void FrameWriter::add(const FrameResult& frame, const std::vector<Mesh>& meshes,
         if (give_up && give_up()) throw PictureError("given up");
         write_captions(scene.captions, camera, image);
     } catch (const std::bad_alloc&) {
-        throw PictureError("more memory is needed than there is");
+        throw PictureError("out of memory");
     } catch (const std::invalid_argument& e) {
         throw PictureError(e.what());
     }

@@ -221,7 +221,7 @@ Head checked_head(const std::string& file, const std::string& bytes)
                                  head.version > version ? ", of a newer knead" : ""));
     const std::uint64_t rest = bytes.size() - sizeof head - 8;
     if (head.facts > rest || head.body != rest - head.facts)
-        refuse(file, fmt::format("expected a checkpoint as long as it says, found {} bytes",
+        refuse(file, fmt::format("expected the length given in the header, found {} bytes",
                                  bytes.size()));
     std::uint64_t hash;
     std::memcpy(&hash, bytes.data() + bytes.size() - 8, 8);
@@ -258,7 +258,7 @@ Json facts_of(const std::string& file, const char* from, const char* to)
 {
     Depth depth;
     if (!Json::sax_parse(from, to, &depth, Json::input_format_t::cbor))
-        refuse(file, "its facts are not those of a checkpoint");
+        refuse(file, "its header is not that of a checkpoint");
     return Json::from_cbor(from, to);
 }
 
@@ -307,11 +307,11 @@ Checkpoint parse_checkpoint(const std::string& bytes, const std::string& file)
                                "found {} bytes of them",
                                count("particles"), count("quiet"), count("gaussians"),
                                count("splats"), head.body));
-        if (!in_order(c.record)) refuse(file, "its frames are not those of a run on its way");
+        if (!in_order(c.record)) refuse(file, "its frames are not those of an unfinished run");
         take_body(c, all, facts + head.facts);
         return c;
     } catch (const Json::exception& e) {
-        refuse(file, std::string("its facts are not those of a checkpoint: ") + e.what());
+        refuse(file, std::string("its header is not that of a checkpoint: ") + e.what());
     } catch (const std::out_of_range&) {
         refuse(file, "its depths or splats are not those of a checkpoint");
     }

@@ -171,8 +171,8 @@ std::string cost_text(const FrameCost& cost)
 {
     if (!cost.known && cost.still) return "what a frame takes depends on the hands";
     if (!cost.known)
-        return "how long it takes to simulate a frame on this machine is not known: it did not "
-               "keep one speed while that was measured";
+        return "the time of a frame on this machine is unknown: its speed changed during the "
+               "measurement";
     const std::string local =
         fmt::format("about {:.2g} s{} for each 1000 particles of clay that comes with the hands",
                     cost.per_thousand, cost.still ? " on this machine" : " more");

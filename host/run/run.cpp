@@ -69,7 +69,7 @@ class Run {
     {
         const bool bad = state_invalid(f.stats, record.particles);
         if (bad)
-            record.failure = fmt::format("frame {}: {} particles had to be put back", f.number,
+            record.failure = fmt::format("frame {}: {} particles had to be reset", f.number,
                                          f.stats[Count::repaired]);
         const bool due =
             is_last(f) || f.number == 1 || f.number % std::max(1, options.audit_every) == 0;

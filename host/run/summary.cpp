@@ -166,7 +166,7 @@ std::string summary(const Json& report)
                             count_at(k, "/penetration/between_most"),
                             at(k, "/penetration/between_max_mm"));
     if (k.contains("splats"))
-        text += fmt::format("splats        {}, {} of them put inside; {} times put out of tools\n",
+        text += fmt::format("splats        {}, {} of them interior; {} projections out of tools\n",
                             count_at(k, "/splats/count"), count_at(k, "/splats/inside"),
                             count_at(k, "/splats/projected"));
     text += "guards        " + counted(k["guards"]) + "\n";

@@ -84,7 +84,7 @@ void check_substeps(const Scene& scene)
     std::string pointer = "/" + f.key;
     std::replace(pointer.begin(), pointer.end(), '.', '/');
     throw InputError(fmt::format(
-        "{}: {}: expected what a frame's {:.3g} s need at most {} substeps for "
+        "{}: {}: expected a value with which a frame of {:.3g} s needs at most {} substeps "
         "(--set step.most_substeps=N allows more), found substeps of {:.3g} s, {:.3g} "
         "a frame",
         scene.path, pointer, frame_duration(scene), scene.most_substeps, f.dt, f.substeps));
@@ -100,9 +100,10 @@ void check_substeps(const Scene& scene, const Material<double>& material)
     const double dt = choose_dt(step_limits(setup), clay, no_tool, frame).dt;
     if (std::ceil(frame / dt * (1 - 1e-9)) <= scene.most_substeps) return;
     const bool fluid = material.plasticity == Plasticity::fluid;
-    throw std::invalid_argument(fmt::format(
-        "{}: expected what needs at most {} substeps a frame (step.most_substeps), found {:.3g}",
-        fluid ? "bulk or viscosity" : "young", scene.most_substeps, frame / dt));
+    throw std::invalid_argument(
+        fmt::format("{}: expected a value that needs at most {} substeps a frame "
+                    "(step.most_substeps), found {:.3g}",
+                    fluid ? "bulk or viscosity" : "young", scene.most_substeps, frame / dt));
 }
 
 }  // namespace knead

@@ -103,7 +103,7 @@ std::string softened_text(const Scene& scene, const Object& o)
                                               pascals(modulus), pascals(modulus * o.softer));
     std::string text =
         fmt::format("{}, {} about {:.3g} times as far; {} substeps a frame instead of {}",
-                    constants, is_fluid(m) ? "is pressed together" : "bends", o.softer,
+                    constants, is_fluid(m) ? "is compressed" : "bends", o.softer,
                     scene.soften_beyond, whole(std::sqrt(o.softer) * scene.soften_beyond));
     if (const double strain = yield_strain(m); strain > 0)
         text += fmt::format("; it yields at the same stress, a strain of {} instead of {}",
@@ -112,7 +112,7 @@ std::string softened_text(const Scene& scene, const Object& o)
         text += "; its critical strains are unchanged, the stresses smaller by the same factor";
     const double sag = m.density * length(scene.setup.gravity) * o.size.y / modulus;
     if (sag > 0.01)
-        text += fmt::format("; under its own weight its lowest part is strained by {}", share(sag));
+        text += fmt::format("; strain at its base under its own weight: {}", share(sag));
     return text;
 }
 

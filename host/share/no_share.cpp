@@ -20,7 +20,8 @@ constexpr const char* why = "this build has no CUDA side";
 
 Sharing sharing(int)
 {
-    return {false, std::string("pictures go from CUDA to OpenGL by way of host memory: ") + why};
+    return {false,
+            std::string("pictures are copied from CUDA to OpenGL through host memory: ") + why};
 }
 
 struct SharedMesh::State {};

@@ -36,7 +36,7 @@ Sharing sharing(int device)
 {
     const std::string why = trouble(device);
     if (why.empty()) return {true, "pictures stay on the device: CUDA and OpenGL share memory"};
-    return {false, "pictures go from CUDA to OpenGL by way of host memory: " + why};
+    return {false, "pictures are copied from CUDA to OpenGL through host memory: " + why};
 }
 
 }  // namespace knead

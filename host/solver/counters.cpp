@@ -178,8 +178,7 @@ class Evaluation {
         range_of.pMetricValues = value.data();
         cupti.call("cuptiProfilerHostEvaluateToGpuValues", range_of);
         for (double v : value)
-            if (!std::isfinite(v) || v < 0)
-                throw std::runtime_error("counters: they hold no numbers");
+            if (!std::isfinite(v) || v < 0) throw std::runtime_error("counters: no values");
         return {value[0], value[1], value[2], value[3], 1e-9 * value[4]};
     }
     std::array<const char*, metrics.size()> names = metrics;

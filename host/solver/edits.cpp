@@ -261,7 +261,7 @@ void SceneState::check_gaussians(const std::vector<Gaussian<double>>& all) const
     for (const Gaussian<double>& g : all) {
         check_object(g.object);
         require(finite(g), not_finite);
-        require(g.label() <= below && !g.still(), "a Gaussian on a side that no cut has");
+        require(g.label() <= below && !g.still(), "a Gaussian with an invalid label");
         check_place(g.x, "a Gaussian");
     }
 }
@@ -321,14 +321,14 @@ void check_state(const SavedState& state, const SimulationConfig& of)
     require(state.order.size() == seen.size(), "the state's order leaves out particles");
     require(state.speed_squared >= 0 && std::isfinite(state.speed_squared) &&
                 state.stiffness >= 0 && std::isfinite(state.stiffness),
-            "the state's speed or stiffness is not a number that can be");
+            "the state's speed or stiffness is invalid");
     const SceneState rules(s, state.contents);
     const int fields = rules.config().cuts ? 3 : 1;
     const long places = long(fields) * sliding_places(s.lattice.size, s.walls);
     for (const SlidingNode& n : state.sliding)
         require(n.place >= 0 && n.place < places && n.force >= 0 && std::isfinite(n.force) &&
                     n.time > 0 && std::isfinite(n.time) && std::isfinite(n.impulse_deficit),
-                "the state has clay that slides where or as none can");
+                "the state has invalid friction data");
     for (const Particle<double>& p : particles) {
         if (!finite(p)) require(false, "the state has a particle with a number that is not finite");
         rules.check_object(p.object);

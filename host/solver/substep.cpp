@@ -20,7 +20,7 @@ static void check_motion(const SimulationConfig& setup, const Motion& motion)
                                     std::to_string(found));
     for (const Stretch<float>& s : motion.stretch)
         if (!(s.across > 0 && s.along > 0 && std::isfinite(s.across) && std::isfinite(s.along)))
-            throw std::invalid_argument("a tool is stretched by positive numbers");
+            throw std::invalid_argument("the stretch of a tool must be positive");
 }
 
 double tool_step(const SimulationConfig& setup, const Motion& motion, double duration)

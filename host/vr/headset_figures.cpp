@@ -106,7 +106,7 @@ std::string FrameFigures::summary() const
     std::string report = fmt::format(
         "frames        {}, of which {} took longer than the display's\n"
         "work          {:.2f} ms median, {:.2f} ms p95, {:.2f} ms p99\n"
-        "drawing       {:.2f} ms median, {:.2f} ms p99; sides of an eye at {}\n",
+        "drawing       {:.2f} ms median, {:.2f} ms p99; eye resolution {}\n",
         frames, late, percentile(work, 0.5), percentile(work, 0.95), percentile(work, 0.99),
         percentile(draw, 0.5), percentile(draw, 0.99), least(scale));
     if (!latency.empty())
@@ -116,7 +116,7 @@ std::string FrameFigures::summary() const
                         percentile(latency_frames, 0.95));
     if (!splats.empty())
         report +=
-            fmt::format("splats        {:.2f} ms median, {:.2f} ms p99; of these sides {}\n",
+            fmt::format("splats        {:.2f} ms median, {:.2f} ms p99; relative resolution {}\n",
                         percentile(splats, 0.5), percentile(splats, 0.99), least(splat_scale));
     return report;
 }

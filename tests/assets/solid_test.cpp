@@ -157,7 +157,7 @@ TEST(Solid, RefusesCloudsWithoutAnObject)
     EXPECT_NE(reason<InputError>([] { find_solid({}, {}, {}); }).find("found none"),
               std::string::npos);
     const SplatCloud point = in_one_point(1000, 0);
-    EXPECT_NE(reason<InputError>([&] { found(point); }).find("in one point"), std::string::npos);
+    EXPECT_NE(reason<InputError>([&] { found(point); }).find("at one point"), std::string::npos);
 }
 
 TEST(Solid, StandsAMillionSplatsInOnePlaceAndSplatsOfAnySize)

@@ -53,8 +53,8 @@ TEST(Errors, EveryKindHasItsExitCodeAndIsSaid)
     expect_code(ResourceError("d"), exit_resource, "d");
     expect_code(OutputError("e"), exit_output, "e");
     expect_code(DeviceLost("f"), exit_device, "f");
-    expect_code(std::bad_alloc(), exit_resource, "more memory is needed than there is");
-    expect_code(std::logic_error("g"), exit_check, "a fault of the program: g");
+    expect_code(std::bad_alloc(), exit_resource, "out of memory");
+    expect_code(std::logic_error("g"), exit_check, "internal error: g");
 }
 
 // In processes of their own: what is noted here would end the loops of other tests.

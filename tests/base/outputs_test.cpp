@@ -111,7 +111,7 @@ TEST_F(Outputs, WhatIsNoRegularFileIsNotReplaced)
 {
     ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
     EXPECT_EQ(reason<OutputError>([&] { write_whole(path("pipe"), "x"); }),
-              path("pipe") + ": cannot be written: it is there and is no regular file");
+              path("pipe") + ": cannot be written: it exists and is not a regular file");
     EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
     EXPECT_EQ(files(), 1);
 }
@@ -139,7 +139,7 @@ TEST_F(Outputs, ALinkStaysAndWhatItNamesIsReplaced)
     EXPECT_EQ(said("loop"),
               path("loop") + ": cannot be written: Too many levels of symbolic links");
     EXPECT_EQ(said("to-pipe"),
-              path("to-pipe") + ": cannot be written: it is there and is no regular file");
+              path("to-pipe") + ": cannot be written: it exists and is not a regular file");
     EXPECT_TRUE(fs::is_fifo(folder / "pipe"));
 }
 

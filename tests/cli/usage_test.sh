@@ -52,7 +52,7 @@ refuses 3 'sqeeze.ply: no such file' info sqeeze.ply
 grep -q 'did you mean' complained && wrong "a scene is suggested where a mesh was asked for"
 refuses 3 'nothing like it: no such file' run 'nothing like it'
 grep -q 'did you mean' complained && wrong "a scene of quite another name is suggested"
-refuses 2 "keeps none" run ball.json --device cpu:double --out r --checkpoint 2
+refuses 2 "not available with --device cpu:double" run ball.json --device cpu:double --out r --checkpoint 2
 rm -r r  # that is said when the folder is there
 
 refuses 2 "OUT: expected a file ending in .hands or .jsonl" record press made.txt
@@ -67,7 +67,7 @@ refuses 3 "bare.json: /knead/simulated_s: expected a number as in every report" 
     compare bare.json bare.json
 refuses 3 'letter.csv: line 2: expected 3 numbers, found "b" as number 2' convert letter.csv l.ply
 refuses 3 'twice.csv: line 1: expected a name once, found "x" again' convert twice.csv t.ply
-refuses 2 "--to says its format" convert hands.hands -
+refuses 2 "give its format by --to" convert hands.hands -
 refuses 2 "can be written as .hands, .jsonl" convert hands.hands hands.ply
 refuses 2 "can be written as .ply, .csv" convert three.csv three.obj
 refuses 3 "expected a mesh, a recording, particles or splats" convert ball.json ball.ply
@@ -76,9 +76,9 @@ refuses 2 "--completion: expected bash or zsh" help --completion fish
 
 refuses 2 "needs --out PICTURE.png, --video FILE, or both" render any.ply
 refuses 2 "--video: expected a file ending in" render any.ply --video film.gif
-refuses 2 "it says all that" render any.ply --out p.png --path way.json --orbit 3
-refuses 2 "only a --video is made" render empty --out p.png
-refuses 2 "only a --video is made" render empty --video f.mp4 --orbit 3
+refuses 2 "cannot be combined with --orbit" render any.ply --out p.png --path way.json --orbit 3
+refuses 2 "can only be encoded as a --video" render empty --out p.png
+refuses 2 "can only be encoded as a --video" render empty --video f.mp4 --orbit 3
 refuses 3 "expected the folder of a run with pictures" render empty --video f.mp4
 refuses 2 "it needs --orbit FRAMES or --path FILE" render any.ply --video f.mp4
 
@@ -86,7 +86,7 @@ splat=(render one.splat --out p.png --device cpu)
 refuses 2 '--at: expected three numbers with commas between them, found "1,2"' \
     "${splat[@]}" --at 1,2
 refuses 2 '--eye: expected three numbers' "${splat[@]}" --eye 1,2,3,4
-refuses 2 '--eye: it is where it looks at' "${splat[@]}" --eye 1,2,3 --at 1,2,3
+refuses 2 '--eye: expected another point than --at' "${splat[@]}" --eye 1,2,3 --at 1,2,3
 refuses 2 '--up: expected x, y, z, -x, -y or -z, found "w"' "${splat[@]}" --up w
 refuses 2 '--background: expected three numbers' "${splat[@]}" --background 0,grey,0
 refuses 2 '--size: expected WIDTHxHEIGHT of at most 8192 pixels a side' "${splat[@]}" --size 8193x9

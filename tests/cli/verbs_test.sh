@@ -61,7 +61,7 @@ holds said 'frame_wall_s_per_1000_local +([0-9.e-]+|null)$'
 answers 0 info ground/splats.spz
 holds said 'splats +20000'
 answers 2 run $ground --device cpu:double --frames 1
-complains 'has no local clay'
+complains 'local clay is not available'
 
 # Runs to look at: with all that can be written, and one that differs.
 answers 0 run ball.json --device cpu --frames 3 --out one --particles --pictures 1 -v
@@ -251,7 +251,7 @@ answers 2 render first.splat --out other.png --size 99999x64
 answers 2 render first.splat --out other.png --eye 1,2
 answers 2 render first.splat --out other.png --eye 1,2,nan
 answers 2 render first.splat --out other.png --eye 1,2,3 --at 1,2,3 --device cpu
-complains 'where it looks at'
+complains 'expected another point than --at'
 answers 2 render first.splat --out other.png --up w
 answers 2 render first.splat --out other.png --fov 200
 answers 2 render first.splat --out other.png --device abacus

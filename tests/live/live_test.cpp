@@ -264,7 +264,7 @@ TEST_F(Live, PausedItDoesSingleFrames)
 
 TEST_F(Live, WhatEndsTheSimulationIsSaidAndAResetBeginsAnew)
 {
-    const char* said[] = {"the device is gone", "more memory is needed", "had to be put back"};
+    const char* said[] = {"the device is gone", "out of memory", "had to be reset"};
     for (int kind = 0; kind < 3; ++kind) {
         prepare = [kind](Slow& s) {
             (kind == 0 ? s.fails_at : kind == 1 ? s.memory_ends_at : s.breaks_at) = 3;
@@ -282,7 +282,7 @@ TEST_F(Live, WhatEndsTheSimulationIsSaidAndAResetBeginsAnew)
     };
     LiveSession session(scene, options);
     session.wait_for_commands();
-    EXPECT_NE(session.state()->failure.find("more memory"), std::string::npos);
+    EXPECT_NE(session.state()->failure.find("out of memory"), std::string::npos);
 }
 
 // The frame under way would take for ever on its clock.

@@ -67,7 +67,7 @@ TEST(Summary, SaysMoreWhereThereIsMore)
           "trouble       a disk is full\n", "0.25 kg, CHANGED\n", "; of the mesh -2.000 %\n",
           "moved         12.50 % of all particle-substeps, 11 blocks woken\n",
           "between tools 5 particles at most, max 0.5 mm\n",
-          "splats        30, 20 of them put inside; 2 times put out of tools\n",
+          "splats        30, 20 of them interior; 2 projections out of tools\n",
           "guards        strained 4\n", "active in 9 frames, filter lag 12.5 ms\n",
           "softened      ball by 10\n", "left out      a picture\n"})
         EXPECT_TRUE(has(text, part)) << part << " in\n" << text;

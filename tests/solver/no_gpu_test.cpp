@@ -70,7 +70,7 @@ TEST_F(NoGpu, ABuildWithoutCudaMakesNothingOfTheDevice)
     refuses([] { device_facts({DeviceKind::cuda, 0}, 1); });
     refuses([] { free_memory({DeviceKind::cuda, 0}); });
     EXPECT_FALSE(sharing(0).shared);
-    EXPECT_NE(sharing(0).text.find("by way of host memory"), std::string::npos);
+    EXPECT_NE(sharing(0).text.find("through host memory"), std::string::npos);
     EXPECT_EQ(gpu_bus(), "");
     EXPECT_FALSE(machine_facts(true)["gpu"].contains("name"));
     EXPECT_GT(free_memory({DeviceKind::cpu, 0}), std::size_t(1) << 20);

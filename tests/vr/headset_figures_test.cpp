@@ -73,7 +73,7 @@ TEST(FrameFigures, tell_how_coarse_splats_were)
     EXPECT_NEAR(report["splat_scale"]["median"], 0.5, 1e-6);
     EXPECT_NEAR(report["splat_scale"]["min"], 0.25, 1e-6);
     EXPECT_NEAR(report["splats_ms"]["max"], 2, 1e-5);
-    EXPECT_NE(figures.summary().find("of these sides 50 %, 25 % at least"), std::string::npos)
+    EXPECT_NE(figures.summary().find("relative resolution 50 %, 25 % at least"), std::string::npos)
         << figures.summary();
 }
 

@@ -85,7 +85,7 @@ void GpuSolver::fit_graphs()
 
 void GpuSolver::submit(const Motion& motion, double duration)
 {
-    if (submitted - collected == 2) throw std::logic_error("two frames are under way already");
+    if (submitted - collected == 2) throw std::logic_error("two frames are already in flight");
     check(cudaSetDevice(device), "device");
     fit_graphs();
     if (stale && !stepwise) capture();
@@ -104,7 +104,7 @@ void GpuSolver::submit(const Motion& motion, double duration)
 
 FrameStats GpuSolver::collect()
 {
-    if (submitted == collected) throw std::logic_error("no frame is under way");
+    if (submitted == collected) throw std::logic_error("no frame is in flight");
     const int slot = collected % 2;
     Frame& f = frames[slot];
     FrameStats stats;

@@ -24,7 +24,7 @@ std::vector<char> marked(std::span<const int> objects, std::size_t of)
 
 void GpuSolver::check_idle() const
 {
-    if (submitted != collected) throw std::logic_error("a frame is under way");
+    if (submitted != collected) throw std::logic_error("a frame is in flight");
     check(cudaSetDevice(device), "device");
 }
 

@@ -66,7 +66,7 @@ void check_tools(const SimulationConfig& s)
     require(s.tools.size() <= std::size_t(max_tools),
             std::to_string(s.tools.size()) + " tools, at most " + std::to_string(max_tools));
     require(s.rest.mode == RestMode::none || s.tools.size() <= std::size_t(max_boxes),
-            "clay may be still with at most " + std::to_string(max_boxes) + " tools");
+            "rest.mode supports at most " + std::to_string(max_boxes) + " tools");
     require(joints_of(s.rig) <= max_joints,
             std::to_string(joints_of(s.rig)) + " joints, at most " + std::to_string(max_joints));
 }
