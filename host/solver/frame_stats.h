@@ -79,10 +79,10 @@ struct Sum {
         for (std::size_t i = 0; i < n; ++i) all[i] += frame[i];
     }
 };
-struct Smallest {  // of positive numbers; 0: none yet
+struct Smallest {  // of positive numbers; 0: none, as of a frame without substeps
     void operator()(double& all, double frame) const
     {
-        all = all > 0 ? std::min(all, frame) : frame;
+        if (frame > 0) all = all > 0 ? std::min(all, frame) : frame;
     }
 };
 struct Largest {

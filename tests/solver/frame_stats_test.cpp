@@ -57,6 +57,8 @@ TEST(FrameStats, OfSeveralFramesAreCombinedAsTheirRowsSay)
     EXPECT_EQ(all.touched, one.touched | two.touched);
     EXPECT_TRUE(all.cut);
     EXPECT_EQ(all.reached, two.reached);
+    add_to(all, FrameStats{});
+    EXPECT_EQ(all.dt_min, two.dt_min) << "a frame without substeps has no shortest one";
 }
 
 TEST(FrameStats, TheCpuMergesEachCountOfItsThreads)
