@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <concepts>
 #include <numeric>
 #include <stdexcept>
 #include <string>
@@ -16,9 +17,16 @@
 namespace knead {
 namespace {
 
-void require(bool fact, const std::string& otherwise)
+// Many are called per particle: a message is made only where it is needed.
+void require(bool fact, const char* otherwise)
 {
     if (!fact) throw std::invalid_argument(otherwise);
+}
+template <class Message>
+requires std::invocable<Message>
+void require(bool fact, Message&& otherwise)
+{
+    if (!fact) throw std::invalid_argument(otherwise());
 }
 
 bool finite(Vec3<double> v) { return std::isfinite(v.x + v.y + v.z); }
@@ -106,8 +114,9 @@ SceneState::SceneState(const SimulationConfig& config, const InitialState& conte
     check_materials(config.materials);
     check_rig(config.rig, config.tools);
     for (const Particle<double>& p : contents.particles) {
-        require(p.object >= 0 && p.object < int(counts.size()),
-                "a particle of object " + std::to_string(p.object) + ", which has no material");
+        require(p.object >= 0 && p.object < int(counts.size()), [&] {
+            return fmt::format("a particle of object {}, which has no material", p.object);
+        });
         ++counts[std::size_t(p.object)];
     }
     for (const Tool<double>& tool : now.tools) now.cuts = now.cuts || tool.blade;
@@ -197,7 +206,10 @@ void SceneState::set_gravity(Vec3<double> gravity)
     require(finite(gravity), "gravity must be finite");
     require(
         std::max({std::abs(gravity.x), std::abs(gravity.y), std::abs(gravity.z)}) <= most_gravity,
-        fmt::format("gravity: expected {:g} m/s^2 at most along each axis", most_gravity));
+        [] {
+            return fmt::format("gravity: expected {:g} m/s^2 at most along each axis",
+                               most_gravity);
+        });
     now.gravity = gravity;
 }
 
@@ -210,9 +222,9 @@ void SceneState::set_walls(const WallOptions& walls)
 
 void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools)
 {
-    require(rig.primitives.size() <= std::size_t(max_primitives),
-            std::to_string(rig.primitives.size()) + " primitives, at most " +
-                std::to_string(max_primitives));
+    require(rig.primitives.size() <= std::size_t(max_primitives), [&] {
+        return fmt::format("{} primitives, at most {}", rig.primitives.size(), max_primitives);
+    });
     for (const Primitive& p : rig.primitives) {
         require(p.count >= 1 && p.count <= 3, "a primitive has 1 to 3 spheres");
         require(p.tool >= 0 && p.tool < int(tools.size()), "a primitive without its tool");
@@ -245,13 +257,13 @@ void check_edits(const GaussianEdits& edits, std::size_t gaussians, std::size_t 
     std::vector<char> is_split(gaussians, 0);
     for (const GaussianSplit& split : edits.splits) {
         require(split.index >= 0 && std::size_t(split.index) < gaussians,
-                "there is no Gaussian " + std::to_string(split.index));
+                [&] { return fmt::format("there is no Gaussian {}", split.index); });
         require(!is_split[std::size_t(split.index)]++, "a Gaussian is split twice");
         require(finite(split.way), not_finite);
     }
     for (const GaussianBeside& added : edits.added) {
         require(added.particle >= 0 && std::size_t(added.particle) < particles,
-                "there is no particle " + std::to_string(added.particle));
+                [&] { return fmt::format("there is no particle {}", added.particle); });
         require(finite(added.way), not_finite);
     }
 }

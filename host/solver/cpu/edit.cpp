@@ -3,12 +3,15 @@
 // the edit.
 #include "cuda/mpm/edit.h"
 
+#include <array>
 #include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "cuda/mpm/mean_pressure.h"
 #include "cuda/mpm/stencil.h"
 #include "host/solver/cpu/solver.h"
+#include "host/solver/pieces.h"
 
 namespace knead {
 inline namespace KNEAD_CPU_LEVEL {
@@ -69,13 +72,78 @@ void CpuSolver<R>::renumber()
     arranged = false;
 }
 
+// What an edit can change.
 template <class R>
-void CpuSolver<R>::by_id()
+struct CpuSolver<R>::Backup {
+    SceneState book;
+    Walls<R> walls;
+    Vec3<R> gravity;
+    std::vector<Material<R>> materials;
+    bool shared_pressure;
+    PosedTools<R> posed;
+    Stillness<R> stillness;
+    std::vector<Gaussian<R>> splats;
+    std::array<std::vector<Sliding<R>>, 3> sliding;
+    std::vector<char> split;
+    std::vector<StageTime> stage_times;
+    bool arranged, splats_arranged, was_covered;
+    Extremes most;
+    long changes;
+    std::vector<Particle<R>> q{};
+    std::vector<int> ids{};
+};
+
+// Calls change() with `clay` and `order` as particles and ids; if it throws, everything is as
+// before.
+template <class R>
+template <class Change>
+void CpuSolver<R>::all_or_nothing(std::vector<Particle<R>> clay, std::vector<int> order,
+                                  Change&& change)
+{
+    Backup before{book,
+                  walls,
+                  gravity,
+                  materials,
+                  shared_pressure,
+                  posed,
+                  stillness,
+                  splats,
+                  {sliding[0], sliding[1], sliding[2]},
+                  split,
+                  stage_times,
+                  arranged,
+                  splats_arranged,
+                  was_covered,
+                  most,
+                  changes};
+    before.q = std::exchange(q, std::move(clay)), before.ids = std::exchange(ids, std::move(order));
+    arranged = false;
+    try {
+        change();
+    } catch (...) {
+        book = std::move(before.book), walls = before.walls, gravity = before.gravity;
+        materials = std::move(before.materials), shared_pressure = before.shared_pressure;
+        posed = std::move(before.posed), stillness = std::move(before.stillness);
+        splats = std::move(before.splats), split = std::move(before.split);
+        for (std::size_t f = 0; f < 3; ++f) sliding[f] = std::move(before.sliding[f]);
+        stage_times = std::move(before.stage_times), most = before.most;
+        arranged = before.arranged, splats_arranged = before.splats_arranged;
+        was_covered = before.was_covered, changes = before.changes;
+        q = std::move(before.q), ids = std::move(before.ids);
+        throw;
+    }
+}
+
+// The same with the particles in the order of their ids.
+template <class R>
+template <class Change>
+void CpuSolver<R>::edit_by_id(Change&& change)
 {
     std::vector<Particle<R>> sorted(q.size());
     for (std::size_t i = 0; i < q.size(); ++i) sorted[std::size_t(ids[i])] = q[i];
-    q.swap(sorted);
-    renumber();
+    std::vector<int> order(q.size());
+    std::iota(order.begin(), order.end(), 0);
+    all_or_nothing(std::move(sorted), std::move(order), change);
 }
 
 // Resets the frames at rest of the particle's block.
@@ -93,7 +161,6 @@ template <class R>
 template <class Edit>
 void CpuSolver<R>::edit(int object, Edit&& edit)
 {
-    by_id();
     for (Particle<R>& p : q) {
         if (p.object != object) continue;
         wake(p);
@@ -108,93 +175,113 @@ void CpuSolver<R>::edit(int object, Edit&& edit)
 template <class R>
 std::vector<int> CpuSolver<R>::add_each(const Material<double>& material, Clays clays)
 {
-    std::vector<int> objects = book.add_each(material, clays);
-    by_id();
-    for (std::size_t k = 0; k < clays.size(); ++k)
-        for (const Particle<double>& p : clays[k]) {
-            q.push_back(cast<R>(p));
-            q.back().object = objects[k];
-            wake(q.back());
-        }
-    renumber();
-    apply_config();
+    std::vector<int> objects;
+    edit_by_id([&] {
+        objects = book.add_each(material, clays);
+        for (std::size_t k = 0; k < clays.size(); ++k)
+            for (const Particle<double>& p : clays[k]) {
+                q.push_back(cast<R>(p));
+                q.back().object = objects[k];
+                wake(q.back());
+            }
+        renumber();
+        apply_config();
+    });
     return objects;
 }
 
 template <class R>
 void CpuSolver<R>::remove_each(std::span<const int> objects)
 {
-    book.remove_each(objects);
-    by_id();
-    const auto goes = [&](int object) {
-        return !there(book.config().materials[std::size_t(object)]);
-    };
-    std::erase_if(q, [&](const Particle<R>& p) {
-        if (goes(p.object)) wake(p);
-        return goes(p.object);
+    edit_by_id([&] {
+        book.remove_each(objects);
+        const auto goes = [&](int object) {
+            return !there(book.config().materials[std::size_t(object)]);
+        };
+        std::erase_if(q, [&](const Particle<R>& p) {
+            if (goes(p.object)) wake(p);
+            return goes(p.object);
+        });
+        std::erase_if(splats, [&](const Gaussian<R>& g) { return goes(g.object); });
+        renumber();
+        apply_config();
     });
-    std::erase_if(splats, [&](const Gaussian<R>& g) { return goes(g.object); });
-    renumber();
-    apply_config();
 }
 
 template <class R>
 void CpuSolver<R>::set_material(int object, const Material<double>& material)
 {
-    const Plasticity law = book.set_material(object, material);
-    edit(object, [&](Particle<double>& p) { change_law(p, law, material.plasticity); });
-    apply_config();
+    edit_by_id([&] {
+        const Plasticity law = book.set_material(object, material);
+        edit(object, [&](Particle<double>& p) { change_law(p, law, material.plasticity); });
+        apply_config();
+    });
 }
 
 template <class R>
 void CpuSolver<R>::move(int object, const RigidMotion<double>& motion)
 {
-    book.check_object(object);
-    SceneState::check_motion(motion);
-    for (const Particle<R>& p : q) {
-        if (p.object != object) continue;
-        Particle<double> there = cast<double>(p);
-        knead::move(there, motion);
-        book.check_place(there.x);
-    }
-    std::vector<Gaussian<R>> moved = splats;
-    for (Gaussian<R>& g : moved) {
-        if (g.object != object) continue;
-        Gaussian<double> there = cast<double>(g);
-        knead::move(there, motion);
-        book.check_place(there.x, "a Gaussian");
-        g = cast<R>(there);
-    }
-    edit(object, [&](Particle<double>& p) { knead::move(p, motion); });
-    splats.swap(moved);
-    edited();
+    edit_by_id([&] {
+        book.check_object(object);
+        SceneState::check_motion(motion);
+        edit(object, [&](Particle<double>& p) {
+            knead::move(p, motion);
+            book.check_place(p.x);
+        });
+        for (Gaussian<R>& g : splats) {
+            if (g.object != object) continue;
+            Gaussian<double> there = cast<double>(g);
+            knead::move(there, motion);
+            book.check_place(there.x, "a Gaussian");
+            g = cast<R>(there);
+        }
+        edited();
+    });
 }
 
 template <class R>
 void CpuSolver<R>::set_gravity(Vec3<double> to)
 {
-    book.set_gravity(to);
-    by_id();
-    for (const Particle<R>& p : q) wake(p);
-    apply_config();
+    edit_by_id([&] {
+        book.set_gravity(to);
+        for (const Particle<R>& p : q) wake(p);
+        apply_config();
+    });
 }
 
 template <class R>
 void CpuSolver<R>::set_walls(const WallOptions& to)
 {
-    book.set_walls(to);
-    by_id();
-    for (const Particle<R>& p : q) wake(p);
-    apply_config();
+    edit_by_id([&] {
+        book.set_walls(to);
+        for (const Particle<R>& p : q) wake(p);
+        apply_config();
+    });
 }
 
 template <class R>
 void CpuSolver<R>::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
 {
-    book.set_tools(rig, tools);
-    by_id();
-    posed = PosedTools<R>(scene, lattice);
-    apply_config();
+    edit_by_id([&] {
+        book.set_tools(rig, tools);
+        posed = PosedTools<R>(scene, lattice);
+        apply_config();
+    });
+}
+
+template <class R>
+void CpuSolver<R>::attach(int object, const std::vector<Vec3<double>>& places)
+{
+    edit_by_id([&] {
+        book.check_attach(object, places);
+        const std::size_t before = splats.size();
+        for (const Vec3<double>& x : places) splats.push_back(gaussian_at(cast<R>(x), object));
+        if (posed.blades) {
+            for (Particle<R>& p : q) p.hold(false);
+            take_labels(splats, before, q, lattice);
+        }
+        apply_config();
+    });
 }
 
 // Nodes whose clay slid in the last substep.
@@ -243,14 +330,14 @@ template <class R>
 void CpuSolver<R>::restore(const Snapshot& snapshot)
 {
     const auto& from = known(snapshot);
-    book = from.book;
-    q = from.q, ids = from.ids, splats = from.splats;
-    stillness.quiet = from.quiet, was_covered = from.was_covered;
-    arranged = false;  // sort again; a stable sort keeps the order
-    posed = PosedTools<R>(scene, lattice);
-    apply_config();
-    most = from.most;
-    slide_on(from.sliding);
+    all_or_nothing(from.q, from.ids, [&] {  // sorts again; a stable sort keeps the order
+        book = from.book, splats = from.splats;
+        stillness.quiet = from.quiet, was_covered = from.was_covered;
+        posed = PosedTools<R>(scene, lattice);
+        apply_config();
+        most = from.most;
+        slide_on(from.sliding);
+    });
 }
 
 template <class R>
@@ -294,19 +381,20 @@ template <class R>
 void CpuSolver<R>::load(const SavedState& state)
 {
     check_state(state, scene);
-    book = SceneState(state.config, state.contents);
-    q.clear();
-    for (int id : state.order) q.push_back(cast<R>(state.contents.particles[std::size_t(id)]));
-    ids = state.order;
-    splats.clear();
-    for (const Gaussian<double>& g : state.contents.gaussians) splats.push_back(cast<R>(g));
-    stillness = Stillness<R>(scene.rest, lattice);
-    if (stillness.any()) stillness.quiet = quiet_over(state, lattice);
-    was_covered = state.covered, arranged = false;
-    posed = PosedTools<R>(scene, lattice);
-    apply_config();
-    most = {std::sqrt(double(state.speed_squared)), state.stiffness};
-    slide_on(state.sliding);
+    std::vector<Particle<R>> clay;
+    for (int id : state.order) clay.push_back(cast<R>(state.contents.particles[std::size_t(id)]));
+    all_or_nothing(std::move(clay), state.order, [&] {
+        book = SceneState(state.config, state.contents);
+        splats.clear();
+        for (const Gaussian<double>& g : state.contents.gaussians) splats.push_back(cast<R>(g));
+        stillness = Stillness<R>(scene.rest, lattice);
+        if (stillness.any()) stillness.quiet = quiet_over(state, lattice);
+        was_covered = state.covered;
+        posed = PosedTools<R>(scene, lattice);
+        apply_config();
+        most = {std::sqrt(double(state.speed_squared)), state.stiffness};
+        slide_on(state.sliding);
+    });
 }
 
 template class CpuSolver<float>;

@@ -141,6 +141,7 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     void share_pressure(int slot, Bins::Members members);
     const CpuSnapshot<R>& known(const Snapshot& snapshot) const;
     void arrange_splats();
+    void time_deform(bool on);
     // Calls visit(g) for each Gaussian that was in block b at the beginning of the frame.
     template <class Visit>
     void for_each_splat(int b, Visit&& visit)
@@ -180,7 +181,11 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     template <class Body>
     void for_each(int count, StageName stage, Body&& body);
     void apply_config();
-    void by_id();
+    struct Backup;
+    template <class Change>
+    void all_or_nothing(std::vector<Particle<R>> clay, std::vector<int> order, Change&& change);
+    template <class Change>
+    void edit_by_id(Change&& change);
     std::vector<SlidingNode> sliding_now() const;
     void slide_on(const std::vector<SlidingNode>& nodes);
     void renumber();

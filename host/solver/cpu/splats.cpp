@@ -73,29 +73,23 @@ void CpuSolver<R>::deform(const Lag& lag, bool clear)
 }
 
 template <class R>
-void CpuSolver<R>::attach(int object, const std::vector<Vec3<double>>& places)
-{
-    book.check_attach(object, places);
-    by_id();
-    const std::size_t before = splats.size();
-    for (const Vec3<double>& x : places) splats.push_back(gaussian_at(cast<R>(x), object));
-    if (posed.blades) {
-        for (Particle<R>& p : q) p.hold(false);
-        take_labels(splats, before, q, lattice);
-    }
-    apply_config();
-}
-
-template <class R>
 void CpuSolver<R>::set_gaussians(const std::vector<Gaussian<double>>& all)
 {
     book.check_gaussians(all);
-    splats.clear();
-    for (const Gaussian<double>& g : all) splats.push_back(cast<R>(g));
+    std::vector<Gaussian<R>> next;
+    for (const Gaussian<double>& g : all) next.push_back(cast<R>(g));
+    time_deform(!next.empty());
+    splats = std::move(next);
     splats_arranged = false, ++changes;
+}
+
+// Lists the stage that moves Gaussians among those timed, or not.
+template <class R>
+void CpuSolver<R>::time_deform(bool on)
+{
     const bool timed = stage_times.back().name == "deform";
-    if (timed && splats.empty()) stage_times.pop_back();
-    if (!timed && !splats.empty()) stage_times.push_back({"deform", 0});
+    if (timed && !on) stage_times.pop_back();
+    if (!timed && on) stage_times.push_back({"deform", 0});
 }
 
 template <class R>
@@ -103,11 +97,16 @@ void CpuSolver<R>::edit_gaussians(const GaussianEdits& edits)
 {
     check_edits(edits, splats.size(), q.size());
     book.check_placed(edits.placed);
+    std::vector<int> places(edits.added.empty() ? 0 : q.size());
+    for (std::size_t i = 0; i < places.size(); ++i) places[std::size_t(ids[i])] = int(i);
+    const std::size_t wanted =
+        splats.size() + edits.splits.size() + edits.added.size() + edits.placed.size();
+    if (wanted > splats.capacity()) splats.reserve(wanted + wanted / 2);
+    time_deform(wanted > 0);
+    // From here on nothing throws.
     const WallOptions& between = scene.walls;
     for (const GaussianSplit& s : edits.splits)
         splats.push_back(knead::split(splats[std::size_t(s.index)], cast<R>(s.way), between));
-    std::vector<int> places(edits.added.empty() ? 0 : q.size());
-    for (std::size_t i = 0; i < places.size(); ++i) places[std::size_t(ids[i])] = int(i);
     for (const GaussianBeside& b : edits.added) {
         const auto at = std::size_t(places[std::size_t(b.particle)]);
         splats.push_back(gaussian_beside(q[at], cast<R>(b.way), between));
@@ -115,8 +114,6 @@ void CpuSolver<R>::edit_gaussians(const GaussianEdits& edits)
     for (const GaussianPlace& g : edits.placed)
         splats.push_back(gaussian_at(cast<R>(g.x), g.object));
     splats_arranged = false, ++changes;
-    if (stage_times.back().name != "deform" && !splats.empty())
-        stage_times.push_back({"deform", 0});
 }
 
 template <class R>
@@ -127,7 +124,7 @@ std::vector<Gaussian<double>> CpuSolver<R>::gaussians() const
 
 template void CpuSolver<float>::arrange_splats();
 template void CpuSolver<float>::deform(const Lag&, bool);
-template void CpuSolver<float>::attach(int, const std::vector<Vec3<double>>&);
+template void CpuSolver<float>::time_deform(bool);
 template void CpuSolver<float>::set_gaussians(const std::vector<Gaussian<double>>&);
 template void CpuSolver<float>::edit_gaussians(const GaussianEdits&);
 template std::vector<Gaussian<double>> CpuSolver<float>::gaussians() const;
