@@ -43,7 +43,7 @@ pot="$scenes/pot.json --set domain.cells=16 --set objects.0.per_cell=2"
 answers 0 info $pot
 holds said 'splats_inside +[1-9]'
 answers 0 run $pot --device cpu --frames 2 --pictures 2 --mesh none --splats spz --out pot
-holds said 'splats +[0-9]+, [1-9][0-9]* of them put inside'
+holds said 'splats +[0-9]+, [1-9][0-9]* of them interior'
 [ -s pot/splats.spz ] || wrong "no splats were written"
 answers 0 info pot/splats.spz
 answers 0 convert pot/splats.spz pot/splats.glb
