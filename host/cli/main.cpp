@@ -278,12 +278,8 @@ void prepare_outputs()
             open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY);
 }
 
-}  // namespace
-}  // namespace knead
-
-int main(int count, char** words)
+int program(int count, char** words)
 {
-    using namespace knead;
     prepare_outputs();
     CLI::App app("Clay shaped by hands", "knead");
     app.set_version_flag("-V,--version", "knead " + knead_version());
@@ -318,4 +314,12 @@ int main(int count, char** words)
         return exit_usage;
     }
     return end_of_process(exit_code_after_printing(run_and_report(chosen)));
+}
+
+}  // namespace
+}  // namespace knead
+
+int main(int count, char** words)
+{
+    return knead::run_and_report([&] { return knead::program(count, words); });
 }

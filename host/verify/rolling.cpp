@@ -53,7 +53,7 @@ Setup standing(const Roller& r, int cells, double way, double off = 0)
     Setup s = between_walls({along, cells + 8, wide}, dx, ContactMode::separate, friction);
     s.gravity = {0, -g, 0};
     const Place aside{off * dx, 0, 0};
-    const Place centre = s.walls.min + aside + Place{R + 4 * dx, R, wide / 2 * dx};
+    const Place centre = s.walls.min + aside + Place{R + 4 * dx, R, 0.5 * wide * dx};
     fill(s, elastic(1e6, 0.3, 1000), s.walls.min + aside, s.walls.max, 2, [&](Place x) {
         const Place from = x - centre;
         return r.ball ? length(from) < R
