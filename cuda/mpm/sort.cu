@@ -6,9 +6,9 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
+#include "cuda/device/launch.cuh"
 #include "cuda/mpm/stages.cuh"
 #include "cuda/mpm/stencil.h"
-#include "cuda/mpm/substep_sync.cuh"
 
 namespace knead::gpu {
 namespace {

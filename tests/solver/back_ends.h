@@ -30,6 +30,23 @@ class AgainstTheReference : public ::testing::TestWithParam<BackEnd> {
     }
 };
 
+// Tests of edits, on the CPU and, with the parameter true, on a GPU, where there is one.
+class OnBothDevices : public ::testing::TestWithParam<bool> {
+  protected:
+    void SetUp() override
+    {
+        if (GetParam() && !gpu_present()) GTEST_SKIP() << "no CUDA device";
+    }
+    std::unique_ptr<EditableSimulator> make(const knead::Setup& s) const
+    {
+        return GetParam() ? gpu_solver(s, 0) : cpu_solver(s);
+    }
+};
+inline std::string device_of(const testing::TestParamInfo<bool>& at)
+{
+    return at.param ? "cuda" : "cpu";
+}
+
 // What is handed over, as float has it, so that the reference sees the numbers that the others see.
 inline Setup rounded_to_float(Setup s)
 {

@@ -7,6 +7,7 @@
 #include "host/bench/ball.h"
 #include "host/solver/editable_simulator.h"
 #include "host/solver/edits.h"
+#include "tests/solver/back_ends.h"
 #include "tests/solver/same_bits.h"
 
 namespace knead {
@@ -17,19 +18,8 @@ using Particles = std::vector<Particle<double>>;
 using Gaussians = std::vector<Gaussian<double>>;
 constexpr double frame = 1.0 / 90, dx = 1.0 / 32;
 
-class SomeEdits : public testing::TestWithParam<bool> {
-  protected:
-    void SetUp() override
-    {
-        if (GetParam() && !gpu_present()) GTEST_SKIP() << "no CUDA device";
-    }
-    std::unique_ptr<EditableSimulator> make(const Given& s) const
-    {
-        return GetParam() ? gpu_solver(s, 0) : cpu_solver(s);
-    }
-};
-INSTANTIATE_TEST_SUITE_P(Solver, SomeEdits, testing::Values(false, true),
-                         [](const auto& at) { return std::string(at.param ? "cuda" : "cpu"); });
+class SomeEdits : public OnBothDevices {};
+INSTANTIATE_TEST_SUITE_P(Solver, SomeEdits, testing::Values(false, true), device_of);
 
 Particles block(Vec3<double> low, int edge)
 {

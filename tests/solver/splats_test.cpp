@@ -6,6 +6,7 @@
 #include "cuda/math/rotation.h"
 #include "host/bench/ball.h"
 #include "host/solver/reference.h"
+#include "tests/solver/back_ends.h"
 #include "tests/solver/followers.h"
 #include "tests/solver/same_bits.h"
 #include "tests/solver/samples.h"
@@ -23,19 +24,8 @@ INSTANTIATE_TEST_SUITE_P(Solver, Follow,
                          testing::Values(follower_float, follower_reference, follower_cuda),
                          name_of);
 // Those that take edits.
-class FollowEdits : public testing::TestWithParam<bool> {
-  protected:
-    void SetUp() override
-    {
-        if (GetParam() && !gpu_present()) GTEST_SKIP() << "no CUDA device";
-    }
-    std::unique_ptr<EditableSimulator> make(const Given& s) const
-    {
-        return GetParam() ? gpu_solver(s, 0) : cpu_solver(s);
-    }
-};
-INSTANTIATE_TEST_SUITE_P(Solver, FollowEdits, testing::Values(false, true),
-                         [](const auto& at) { return std::string(at.param ? "cuda" : "float"); });
+class FollowEdits : public OnBothDevices {};
+INSTANTIATE_TEST_SUITE_P(Solver, FollowEdits, testing::Values(false, true), device_of);
 
 // A ball of radius r [m] around c, elastic where the yield stress is 0 [Pa], with a Gaussian at
 // each of its particles.
