@@ -5,8 +5,8 @@
 //                      [Gaussians=0] [dt=0] [--overlaps MASK]
 //        bench_substep hands [frames=30] [gpu|cpu|deterministic] [--overlaps MASK]
 // dt: of every substep [us], so that two versions take the same; 0: as stability asks.
-// MASK: which kernels of a frame may overlap, bits of cuda/mpm/overlap.h, in decimal or in hex with
-// 0x; 0: plain stream order.
+// MASK: which kernels of a substep may overlap, bits of cuda/mpm/overlap.h, in decimal or in hex
+// with 0x; 0: plain stream order.
 #include <algorithm>
 #include <bit>
 #include <chrono>

@@ -19,7 +19,6 @@ __device__ void begin_frame(const BeginView& d)
     c.near_blocks = c.far_blocks = 0;
     c.mode = Mode::running;
     c.unsorted = d.rest != RestMode::none || c.drift > max_drift * d.limits.dx;
-    c.unsorted_side = c.side;
     // Relisting drops blocks that clay has left, and detects blocks on the rim again.
     c.relisted = !anew || c.unsorted || c.crowded[0] || c.crowded[1] || c.active[c.done % 3] == 0;
     if (c.relisted) c.active[c.done % 3] = 0;

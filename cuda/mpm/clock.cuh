@@ -92,7 +92,6 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    far_blocks     w 0                           +
 //    side           r         r, w     r                                     r
 //    sorted_from              w, r
-//    unsorted_side  w                  r
 //    drift          r         w 0                 +
 //    unsorted       w
 //    begins         w                  r
@@ -133,7 +132,6 @@ struct Clock {
     bool begins;                               // false: the frame is skipped
     bool unsorted;                             // this frame sorts the particles
     bool relisted;                             // its first substep lists blocks from the start
-    int unsorted_side;                         // which array was current at the start of the frame
     bool crowded[2];                           // rim block listed, as found in substep n, in n % 2
     int halt;                                  // not 0: the host ends the frame here
     alignas(128) int active[3];                // number of blocks listed for substep n, in n % 3

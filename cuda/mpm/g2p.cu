@@ -202,12 +202,18 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
 }
 
-// Poses the thread block's part of the tools for the next substep.
+// Poses the thread block's part of the tools for the next substep as soon as its length is chosen,
+// while grid may still run, if both are not empty.
 __device__ void pose_next(const G2pView& d, PoseSpace& scratch)
 {
     if (!d.pose_ahead) wait_for_velocities();
     take_view(d.pose, scratch);
-    pose_part(scratch, int(blockIdx.x), true);
+    Clock& clock = *d.clock;
+    const int part = int(blockIdx.x), n = __ldcg(&clock.done);
+    wait_for_begun(clock, n);
+    if (!(clock.dt[0] > 0 && clock.dt[1] > 0)) return;
+    pose_part(scratch, part, n + 1);
+    publish_posed(clock, part, n + 1);
 }
 
 template <class Case>
@@ -223,22 +229,16 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
     constexpr int pose_blocks = f.tools ? pose_parts : 0;
     if constexpr (f.tools)
         if (int(blockIdx.x) < pose_blocks) return pose_next(d, scratch.pose);
-    if (!d.load_ahead) wait_for_velocities();
-    const int count = d.particles[0].count, side = clock.side;
-    // Particle state is available long before the velocities of this substep.
-    Particle<float> q{};
-    int run = int(blockIdx.x) - pose_blocks;
-    if constexpr (!f.rests) {
-        if (f.tools) run = d.runs[run];
-        d.particles[side].load_place(index_in<f>(run, count).at, q);
-    }
     wait_for_velocities();
-    const int n = clock.begun;
+    const int count = d.particles[0].count, side = clock.side, n = clock.begun;
     const float dt = clock.dt[0], after = clock.dt[1];
-    // `after` and n are never negative; they are tested so that all three loads are issued
-    // together.
-    if (!(dt > 0) || after < 0 || n < 0) return;
-    let_next_grid_start();
+    int run = int(blockIdx.x) - pose_blocks;
+    if (f.tools && !f.rests) run = d.runs[run];
+    // Only dt can be; the others are tested so that all loads are issued together.
+    if (!(dt > 0) || after < 0 || n < 0 || side < 0 || run < 0) return;
+    let_next_stage_start();
+    Particle<float> q{};
+    if constexpr (!f.rests) d.particles[side].load_place(index_in<f>(run, count).at, q);
     if (threadIdx.x == 0) later = {d.clock, n + 1, side, dt, after, f.rests ? 0 : run};
     __syncthreads();
     for_each_run<f.rests>(clock, d.listed, pose_blocks, run, [&](int listed) {

@@ -3,9 +3,9 @@
 // that the runs in the middle, where approaching tools arrive last, come last.
 #include <cub/block/block_scan.cuh>
 
+#include "cuda/device/launch.cuh"
 #include "cuda/mpm/project.cuh"
 #include "cuda/mpm/stages.cuh"
-#include "cuda/mpm/substep_sync.cuh"
 
 namespace knead::gpu {
 namespace {
@@ -36,7 +36,6 @@ __global__ void __launch_bounds__(scan_threads) line_up_kernel(const __grid_cons
 {
     using Scan = cub::BlockScan<int, scan_threads>;
     __shared__ Scan::TempStorage space;
-    wait_upstream_and_trigger();
     const int share = (d.run_count + scan_threads - 1) / scan_threads;
     const int first = min(int(threadIdx.x) * share, d.run_count);
     const int last = min(first + share, d.run_count);
@@ -62,8 +61,7 @@ void line_up(const Views& views, const Features& features, cudaStream_t stream)
         dispatch<relevant>(features, []<class Case>(Case) { return near_runs_kernel<Case>; });
     const LineUpView view = line_up_view(views);
     launch("near runs", find, blocks_for(view.run_count, threads / 32), threads, stream, view);
-    launch_early(views.overlaps, overlap::line_up, "line up", line_up_kernel, 1, scan_threads,
-                 stream, view);
+    launch("line up", line_up_kernel, 1, scan_threads, stream, view);
 }
 
 }  // namespace knead::gpu

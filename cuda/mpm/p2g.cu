@@ -23,8 +23,7 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
     constexpr Features f = Case::features;
     __shared__ WarpScratch<f.blades> scratch;
     Clock& clock = *d.clock;
-    const ConstParticleView& particles =
-        d.particles[d.beside_sort ? clock.unsorted_side : clock.side];
+    const ConstParticleView& particles = d.particles[clock.side];
     const int n = clock.done;
     if (!(clock.step(n).dt > 0)) return;
     for_each_run<f.rests>(clock, d.listed, 0, int(blockIdx.x), [&](int run) {
@@ -40,13 +39,12 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
 
 }  // namespace
 
-void p2g(const Views& views, const Features& features, int multiprocessors, bool beside_sort,
-         cudaStream_t stream)
+void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream)
 {
     const auto kernel =
         dispatch<relevant>(features, []<class Case>(Case) { return p2g_kernel<Case>; });
     launch("p2g", kernel, blocks_for_runs(views.particles[0].count, features, multiprocessors),
-           run_length(features), stream, p2g_view(views, beside_sort));
+           run_length(features), stream, p2g_view(views));
 }
 
 }  // namespace knead::gpu

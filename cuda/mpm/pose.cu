@@ -2,10 +2,10 @@
 // touch its contents during the frame, and the first pose.
 #include "cuda/contact/cut.h"
 #include "cuda/contact/sweep.h"
+#include "cuda/device/launch.cuh"
 #include "cuda/mpm/g2p.h"
 #include "cuda/mpm/pose.cuh"
 #include "cuda/mpm/stages.cuh"
-#include "cuda/mpm/substep_sync.cuh"
 
 namespace knead::gpu {
 namespace {
@@ -16,11 +16,11 @@ __global__ void __launch_bounds__(threads) pose_kernel(const __grid_constant__ P
 {
     __shared__ PoseSpace space;
     take_view(d, space);
-    pose_part(space, int(blockIdx.x), false);
+    pose_part(space, int(blockIdx.x), d.clock->done);
 }
 
 // Space swept by the tools during the frame, split like posing. A thread has a joint at one of
-// three times, and a sphere; the sphere's binding is loaded before the joints are waited for.
+// three times, and a sphere; the sphere's binding is loaded before the joints.
 constexpr int sweep_threads = 3 * staged_joints;
 static_assert(3 * part_primitives <= sweep_threads);
 __global__ void __launch_bounds__(sweep_threads) sweep_kernel(const __grid_constant__ SweepView t)
@@ -30,7 +30,6 @@ __global__ void __launch_bounds__(sweep_threads) sweep_kernel(const __grid_const
     __shared__ float travel[3 * part_primitives];
     // Per thread: an array with a run-time index would be in local memory.
     __shared__ Binding<float> bindings[3 * part_primitives];
-    trigger_dependents();
     const int part = int(blockIdx.x), thread = int(threadIdx.x), count = t.primitives.count;
     const bool staged = t.joints <= staged_joints;
     const bool posing = thread < 3 * part_primitives && primitive_of(part, thread / 3) < count;
@@ -95,8 +94,7 @@ __device__ bool may_touch(const SweptView& t, int i, bool blade, Vec3<float> p, 
 __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ MaskView d)
 {
     const int thread = int(blockIdx.x * threads + threadIdx.x), lane = thread & 31;
-    const OwnPrimitives own = own_primitives(d, lane);  // known before the sweep is over
-    wait_upstream_and_trigger();
+    const OwnPrimitives own = own_primitives(d, lane);
     for (int k = thread; k < d.run_count; k += int(gridDim.x) * threads) d.runs[k] = d.next_runs[k];
     const int b = thread / 32;
     if (b >= d.lattice.block_count()) return;
@@ -151,9 +149,8 @@ __global__ void __launch_bounds__(threads, 4)
 void masks(const Views& views, cudaStream_t stream)
 {
     launch("sweep", sweep_kernel, pose_parts, sweep_threads, stream, sweep_view(views));
-    launch_early(views.overlaps, overlap::masks, "masks", mask_kernel,
-                 blocks_for(views.lattice.block_count(), threads / 32), threads, stream,
-                 mask_view(views));
+    launch("masks", mask_kernel, blocks_for(views.lattice.block_count(), threads / 32), threads,
+           stream, mask_view(views));
 }
 
 void pose(const Views& views, cudaStream_t stream)

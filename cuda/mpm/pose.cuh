@@ -2,7 +2,7 @@
 // bound to them, and derives shapes from the spheres.
 #pragma once
 #include "cuda/contact/skinning.h"
-#include "cuda/mpm/substep_sync.cuh"
+#include "cuda/mpm/views.cuh"
 
 namespace knead::gpu {
 
@@ -37,8 +37,9 @@ __device__ inline int sphere_of(const RigView& t, int part, int k)
     return i < t.primitives.count ? t.primitives[i].sphere[k % 3] : -1;
 }
 
-// Poses for substep n. By all threads of a block; precondition: the view is in shared memory.
-__device__ inline void pose_viewed(PoseSpace& s, int part, int n)
+// Poses for substep n. By all threads of a block; precondition: the view is in shared memory. Not
+// inlined, so that its registers do not add to those of the calling kernel.
+static __device__ __noinline__ void pose_part(PoseSpace& s, int part, int n)
 {
     const PoseView& t = s.view;
     const Step& step = t.clock->step(n);
@@ -94,19 +95,6 @@ __device__ inline void take_view(const PoseView& view, PoseSpace& s)
 {
     if (threadIdx.x == 0) s.view = view;
     __syncthreads();
-}
-
-// Poses for the current substep; or, if `ahead`, for the next one as soon as its length is chosen,
-// while grid may still run. By all threads of a block; precondition: the view is in shared memory.
-// Not inlined, so that its registers do not add to those of the calling kernel.
-static __device__ __noinline__ void pose_part(PoseSpace& s, int part, bool ahead)
-{
-    Clock& clock = *s.view.clock;
-    const int n = __ldcg(&clock.done);
-    if (ahead) wait_for_begun(clock, n);
-    if (ahead && !(clock.dt[0] > 0 && clock.dt[1] > 0)) return;
-    pose_viewed(s, part, n + ahead);
-    if (ahead) publish_posed(clock, part, n + 1);
 }
 
 }  // namespace knead::gpu

@@ -1,6 +1,6 @@
 // The stages of a substep on the device, in order, and all device data; each kernel gets its part
 // of it (views.cuh).
-//   begin . sort { settle } . masks . line_up . pose . p2g, once a frame; then, substep by substep,
+//   masks . begin . pose . sort { settle } . line_up . p2g, once a frame; then, substep by substep,
 //   grid { next dt } . g2p { pose and scatter for the next }
 #pragma once
 #include "cuda/mpm/features.h"
@@ -119,17 +119,15 @@ void begin(const Views& views, cudaStream_t stream);
 // masks() also applies the order of runs that line_up() has found.
 void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
-// Orders the runs of particles for the next frame, those near tools first. Tools move little in a
-// frame, so no stage of the current frame waits for it. After masks() and the sort; not with sleep.
+// Orders the runs of particles for the next frame, those near tools first. After masks() and the
+// sort; not with sleep.
 void line_up(const Views& views, const Features& features, cudaStream_t stream);
 // Cell-averaged pressure: sums for a frame's first substep, before grid().
 void find_pressures(const Views& views, cudaStream_t stream);
 // Scatters mass and momentum to the current grid, which must be clear, and lists its blocks.
-// `beside_sort`: reads the particles as before a concurrent sort, which does not modify them.
-void p2g(const Views& views, const Features& features, int multiprocessors, bool beside_sort,
-         cudaStream_t stream);
+void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
 // Computes velocities from momenta, clears the other grid, and chooses the next substep. `begins`:
-// first of a frame; it waits for several stages, and never overlaps.
+// first of a frame, which never overlaps.
 void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream,
           bool begins = false);
 // Cell-averaged pressure: clears the sums for the next substep, before g2p().

@@ -123,12 +123,11 @@ PressureClearView pressure_clear_view(const Views& d)
     return {d.pressure, {d.grid.list[0], d.grid.list[1], d.grid.list[2]}, d.clock};
 }
 
-P2gView p2g_view(const Views& d, bool beside_sort)
+P2gView p2g_view(const Views& d)
 {
     return {scatter_view(d), {read_only(d.particles[0]), read_only(d.particles[1])},
             d.materials,     d.rest.options.mode,
-            d.gravity,       d.rest.list,
-            beside_sort};
+            d.gravity,       d.rest.list};
 }
 
 GridUpdateView grid_view(const Views& d)
@@ -182,8 +181,7 @@ G2pView g2p_view(const Views& d)
             {r.options, d.gravity, r.guard, r.range, r.free, r.changed, {r.woken[0], r.woken[1]}},
             d.conditions.captured,
             d.conditions.again,
-            (d.overlaps & overlap::pose_ahead) != 0,
-            (d.overlaps & overlap::load_ahead) != 0};
+            (d.overlaps & overlap::pose_ahead) != 0};
 }
 
 PenetrationView penetration_view(const Views& d)

@@ -252,9 +252,8 @@ struct P2gView : ScatterView {
     RestMode mode;
     Vec3<float> gravity;  // [m/s^2]
     const int* listed;    // runs, with sleep only
-    bool beside_sort;     // a sort may run concurrently: read from the side before it
 };
-P2gView p2g_view(const Views& d, bool beside_sort);
+P2gView p2g_view(const Views& d);
 
 // Sleep: neighbourhoods of blocks that have woken.
 struct GuardView {
@@ -322,7 +321,7 @@ struct G2pView : ScatterView {
     WakeView rest;
     bool captured;
     cudaGraphConditionalHandle again;
-    bool pose_ahead, load_ahead;  // see overlap.h
+    bool pose_ahead;  // see overlap.h
 };
 G2pView g2p_view(const Views& d);
 

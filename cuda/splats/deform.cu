@@ -111,11 +111,11 @@ template <class Case>
 __global__ void __launch_bounds__(threads, Case::features.blades ? 5 : 6)
     follow_kernel(const __grid_constant__ DeformView d)
 {
+    let_next_stage_start();
     const int own = own_index();
     const bool valid = own < *d.splats.live;
-    // Position after its last move, in a substep that has ended.
     const float4 place = d.splats.row(0, min(own, d.splats.room - 1));
-    wait_for_previous_stage();
+    asm volatile("" ::: "memory");  // loaded together with the clock, not after it
     const Stretch before = stretch(d);
     if (before.substeps == 0) return;
     LinearField<float> field;
@@ -160,7 +160,7 @@ template <class Case>
 __global__ void __launch_bounds__(threads, 4) clear_kernel(const __grid_constant__ DeformView d)
 {
     constexpr Features f = Case::features;
-    wait_for_previous_stage();
+    let_next_stage_start();
     if (!clears(d)) return;
     const int n = stretch(d).n, live = *d.splats.live;
     for (int from = int(blockIdx.x) * threads; from < live; from += int(gridDim.x) * threads) {

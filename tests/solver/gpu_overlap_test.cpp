@@ -1,4 +1,4 @@
-// Kernels of a frame that overlap in time compute the same bits as kernels in plain stream order.
+// Kernels of a substep that overlap in time compute the same bits as kernels in plain stream order.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -89,57 +89,19 @@ GpuSolver::ToolPace GpuSolver::tool_speed_class(bool tools, const Motion& motion
     return fast ? ToolPace::fast : ToolPace::slow;
 }
 
-// The stage's own stream, or the main one if that overlap is switched off.
-cudaStream_t GpuSolver::stream_for(unsigned which, const Stream& own) const
-{
-    return overlaps & which ? own : main;
-}
-
-// Everything before the first grid update, on parallel streams (substep_sync.cuh): tool masks (need
-// only the frame's input), the first pose (needs the dt chosen by begin()), and sort and p2g of the
-// particles. The check whether a sort is due takes 7 us. If a sort writes to separate rows, p2g
-// runs concurrently with it; not in fixed point, because the partial sums of a warp are float and
-// their bits depend on the order of the particles.
+// Everything before the first grid update, in plain order. Masks come first: with sleep the sort
+// needs the tools' sweep. The order of runs is for the next frame, and needs masks and sorted
+// particles.
 void GpuSolver::start(const Views& views, const Features& features)
 {
-    const auto mark = [](cudaEvent_t event, cudaStream_t at) {
-        check(cudaEventRecord(event, at), "fork");
-    };
-    const auto join = [](cudaStream_t to, cudaStream_t from, cudaEvent_t done) {
-        if (to != from) check(cudaStreamWaitEvent(to, done, 0), "join");
-    };
-    const auto fork = [&](cudaStream_t to) { mark(forked, main), join(to, main, forked); };
-    const cudaStream_t masking = stream_for(overlap::masks_stream, beside),
-                       first_pose = stream_for(overlap::pose_stream, posing),
-                       sorts = stream_for(overlap::sort_stream, sorting),
-                       ordering = stream_for(overlap::line_up_stream, beside);
-    const bool tools = features.tools, lines_up = tools && !features.rests;
-    const bool beside_sort = sorts != main && apart(views.particles) && !features.rests &&
-                             !features.mean_pressure && !features.fixed_point;
     if (features.splats && features.fixed_point) clear_velocities(views, main);
-    if (tools) fork(masking), masks(views, masking), mark(masked, masking);
+    if (features.tools) masks(views, main);
     begin(views, main);
-    if (tools) fork(first_pose), pose(views, first_pose), mark(posed_first, first_pose);
-    if (tools && features.rests) join(main, masking, masked);  // sleeping depends on the tools
-    fork(sorts), sort_if_due(views, features, sorts), mark(sorted, sorts);
-    if (lines_up) {
-        join(ordering, masking, masked), join(ordering, sorts, sorted);
-        line_up(views, features, ordering), mark(lined_up, ordering);
-    }
-    if (!beside_sort) join(main, sorts, sorted);
+    if (features.tools) pose(views, main);
+    sort_if_due(views, features);
+    if (features.tools) line_up(views, features, main);
     if (features.mean_pressure) find_pressures(views, main);
-    p2g(views, features, processors, beside_sort, main);
-    if (beside_sort) join(main, sorts, sorted);
-    if (tools) join(main, masking, masked), join(main, first_pose, posed_first);
-}
-
-// Everything after the last substep.
-void GpuSolver::end(const Views& views, const Features& features)
-{
-    follow(views, features, true, main);
-    const bool lines_up = features.tools && !features.rests;
-    if (lines_up && stream_for(overlap::line_up_stream, beside) != main)
-        check(cudaStreamWaitEvent(main, lined_up, 0), "join");
+    p2g(views, features, processors, main);
 }
 
 void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t stream,
@@ -154,20 +116,19 @@ void GpuSolver::sort(const Views& views, const Features& features, cudaStream_t 
 // does nothing because the previous one has stopped. With sleeping it is never skipped in a running
 // frame, because the activity of blocks is updated with it. In fixed point the side is a launch
 // argument: the graph contains the sort twice, once per side.
-void GpuSolver::sort_if_due(const Views& views, const Features& features, cudaStream_t stream)
+void GpuSolver::sort_if_due(const Views& views, const Features& features)
 {
     for (int side = 0; views.conditions.captured && side < (side_at_launch(features) ? 2 : 1);
          ++side)
-        capture_body(add_conditional(stream, cudaGraphCondTypeIf, views.conditions.unsorted[side]),
+        capture_body(add_conditional(main, cudaGraphCondTypeIf, views.conditions.unsorted[side]),
                      body, [&](cudaStream_t to) { sort(views, features, to, side); });
     if (views.conditions.captured) return;
-    const Clock now = store.clock(stream);
-    if (now.unsorted) sort(views, features, stream, now.side);
+    const Clock now = store.clock(main);
+    if (now.unsorted) sort(views, features, main, now.side);
 }
 
-// Launched in the same stream between grid and g2p: each kernel waits only for its predecessor. On
-// a stream parallel to g2p its time would be hidden, but a fork between kernels with programmatic
-// dependent launch crashed (driver 580).
+// Between grid and g2p. On a stream parallel to g2p its time would be hidden, but a fork between
+// kernels with programmatic dependent launch crashed (driver 580).
 void GpuSolver::follow(const Views& views, const Features& features, bool at_end,
                        cudaStream_t stream) const
 {
@@ -214,7 +175,7 @@ void GpuSolver::capture(ToolPace tools)
     take(turns.first, true, main);
     capture_body(add_conditional(main, cudaGraphCondTypeWhile, views.conditions.again), body,
                  [&](cudaStream_t stream) { take(turns.each, false, stream); });
-    end(views, features);
+    follow(views, features, true, main);
     to.end(main);
     check(cudaGraphUpload(to.ready, main), "graph");
     wait(main, "graph");
@@ -231,7 +192,7 @@ void GpuSolver::step_through(ToolPace tools)
         return now.step(now.done).dt > 0;
     };
     for (int k = 0; under_way(); ++k) substep(views, features, k, k == 0, main);
-    end(views, features);
+    follow(views, features, true, main);
 }
 
 }  // namespace knead::gpu

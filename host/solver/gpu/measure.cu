@@ -91,7 +91,7 @@ void GpuSolver::walk(const StageObserver& watch) const
               [&] { masks(views, main), line_up(views, features, main), pose(views, main); });
     watch("p2g", [&] {
         if (features.mean_pressure) find_pressures(views, main);
-        p2g(views, features, processors, false, main);
+        p2g(views, features, processors, main);
     });
     const auto under_way = [&] {
         Clock now = store.clock();

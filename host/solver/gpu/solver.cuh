@@ -72,9 +72,7 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     void capture();
     Graph& graph(ToolPace tools) { return graphs[int(tools)]; }
     void capture(ToolPace tools);
-    cudaStream_t stream_for(unsigned which, const Stream& own) const;
     void start(const Views& views, const Features& features);
-    void end(const Views& views, const Features& features);
     void follow(const Views& views, const Features& features, bool at_end,
                 cudaStream_t stream) const;
     void substep(const Views& views, const Features& features, int place, bool begins,
@@ -84,7 +82,7 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     Features features_for(bool tools) const;
     void show();
     void sort(const Views& views, const Features& features, cudaStream_t stream, int side) const;
-    void sort_if_due(const Views& views, const Features& features, cudaStream_t stream);
+    void sort_if_due(const Views& views, const Features& features);
     void step_through(ToolPace tools);
     void fit_graphs();
     void launch(int slot);
@@ -108,7 +106,7 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     int device, processors;
     Store store;
     Splats splats;
-    Stream main, body, beside, sorting, posing, asking;
+    Stream main, body, asking;
     Clay shown{};
     int side = 0;       // of Clock: which particle buffer is current
     Peak peak;          // of Clock
@@ -116,9 +114,6 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     long changes = 0;   // version(): frames and edits
     bool stale = true;  // the graphs were captured with outdated views
     std::string title;
-    Event forked{cudaEventDisableTiming};
-    Event masked{cudaEventDisableTiming}, sorted{cudaEventDisableTiming};
-    Event posed_first{cudaEventDisableTiming}, lined_up{cudaEventDisableTiming};
     Graph graphs[3];  // by ToolPace
     Frame frames[2];  // in flight or free
     int submitted = 0, collected = 0;

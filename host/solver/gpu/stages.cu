@@ -95,7 +95,7 @@ std::vector<Particle<double>> GpuStages::particles() { return state->store.parti
 
 std::vector<Node<float>> GpuStages::p2g()
 {
-    gpu::p2g(state->store.views(), state->features, state->processors, false, nullptr);
+    gpu::p2g(state->store.views(), state->features, state->processors, nullptr);
     state->done();
     if (!state->features.fixed_point) return state->nodes(0);
     const GridView& g = state->store.views().grid;
