@@ -46,7 +46,7 @@ __global__ void __launch_bounds__(scan_threads) line_up_kernel(const __grid_cons
     for (int run = first; run < last; ++run) {
         const int before = run - nears, after = fars - 1 - before;  // far runs only
         const int place = all_nears + (before <= after ? 2 * before : 2 * after + 1);
-        d.next_runs[d.near_runs[run] ? nears++ : place] = run;
+        d.runs[d.near_runs[run] ? nears++ : place] = run;
     }
 }
 

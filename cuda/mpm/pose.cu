@@ -89,13 +89,11 @@ __device__ bool may_touch(const SweptView& t, int i, bool blade, Vec3<float> p, 
     return !beside && reaches(s, p, edge, band);
 }
 
-// One warp per block of the lattice, one lane per primitive. Also copies the order of runs that the
-// previous frame has found: that frame has ended.
+// One warp per block of the lattice, one lane per primitive.
 __global__ void __launch_bounds__(threads) mask_kernel(const __grid_constant__ MaskView d)
 {
     const int thread = int(blockIdx.x * threads + threadIdx.x), lane = thread & 31;
     const OwnPrimitives own = own_primitives(d, lane);
-    for (int k = thread; k < d.run_count; k += int(gridDim.x) * threads) d.runs[k] = d.next_runs[k];
     const int b = thread / 32;
     if (b >= d.lattice.block_count()) return;
     const Int3 at = d.lattice.block_at(b);

@@ -66,7 +66,6 @@ struct ToolView {
     Mask* masks;  // block_count: contact candidates during the frame
     int* runs;    // of particles, those near tools first; not with sleep
     int run_count;
-    int* next_runs;            // likewise, for the next frame,
     unsigned char* near_runs;  // whether each run is near
     bool grid_contact;
     int passes;
@@ -116,11 +115,9 @@ void update_activity(const Views& views, cudaStream_t stream);
 // Reads the frame's input and chooses the first substep.
 void begin(const Views& views, cudaStream_t stream);
 // Contact candidates of each block during the frame, and the tools at the end of the first substep.
-// masks() also applies the order of runs that line_up() has found.
 void masks(const Views& views, cudaStream_t stream);
 void pose(const Views& views, cudaStream_t stream);
-// Orders the runs of particles for the next frame, those near tools first. After masks() and the
-// sort; not with sleep.
+// Orders the runs of particles, those near tools first. After masks() and the sort; not with sleep.
 void line_up(const Views& views, const Features& features, cudaStream_t stream);
 // Cell-averaged pressure: sums for a frame's first substep, before grid().
 void find_pressures(const Views& views, cudaStream_t stream);

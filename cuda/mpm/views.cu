@@ -59,11 +59,7 @@ SweepView sweep_view(const Views& d)
     return {rig_view(d.tools), d.tools.mid_frame.data, d.tools.travel};
 }
 
-MaskView mask_view(const Views& d)
-{
-    const ToolView& t = d.tools;
-    return {swept_view(t), d.lattice, t.next_runs, t.run_count, t.masks, t.runs};
-}
+MaskView mask_view(const Views& d) { return {swept_view(d.tools), d.lattice, d.tools.masks}; }
 
 PoseView pose_view(const Views& d)
 {
@@ -82,7 +78,7 @@ LineUpView line_up_view(const Views& d)
             d.tools.run_count,
             d.clock,
             d.tools.near_runs,
-            d.tools.next_runs};
+            d.tools.runs};
 }
 
 SortView sort_view(const Views& d) { return {{d.particles[0], d.particles[1]}, d.clock}; }

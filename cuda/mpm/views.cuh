@@ -85,11 +85,8 @@ struct SweptView {
 struct MaskView : SweptView {
     // reads
     Lattice<float> lattice;
-    const int* next_runs;  // order found in the previous frame
-    int run_count;
     // writes
     Mask* masks;  // block_count
-    int* runs;
 };
 MaskView mask_view(const Views& d);
 
@@ -136,7 +133,7 @@ struct LineUpView {
     const Clock* clock;
     // writes
     unsigned char* near_runs;  // whether a run is near
-    int* next_runs;            // runs near tools first
+    int* runs;                 // those near tools first
 };
 LineUpView line_up_view(const Views& d);
 

@@ -88,15 +88,12 @@ void Store::reserve_runs()
         std::vector<int> every(run_count);
         std::iota(every.begin(), every.end(), 0);
         reserve(near_runs, run_count);
-        for (DeviceArray<int>& each : in_line) {
-            reserve(each, run_count);
-            copy(each.data(), every.data(), run_count * sizeof(int), nullptr);
-        }
+        reserve(in_line, run_count);
+        copy(in_line.data(), every.data(), run_count * sizeof(int), nullptr);
         settle("runs");
     }
     all.rest.run_listed = run_listed.data(), all.rest.list = runs.data();
-    all.tools.runs = in_line[0].data(), all.tools.next_runs = in_line[1].data();
-    all.tools.near_runs = near_runs.data();
+    all.tools.runs = in_line.data(), all.tools.near_runs = near_runs.data();
     all.tools.run_count = used.tools ? int(run_count) : 0;
 }
 

@@ -90,8 +90,7 @@ GpuSolver::ToolPace GpuSolver::tool_speed_class(bool tools, const Motion& motion
 }
 
 // Everything before the first grid update, in plain order. Masks come first: with sleep the sort
-// needs the tools' sweep. The order of runs is for the next frame, and needs masks and sorted
-// particles.
+// needs the tools' sweep.
 void GpuSolver::start(const Views& views, const Features& features)
 {
     if (features.splats && features.fixed_point) clear_velocities(views, main);

@@ -145,7 +145,7 @@ std::vector<int> GpuStages::lined_up()
 {
     const ToolView& t = state->store.views().tools;
     std::vector<int> out(std::size_t(t.run_count));
-    check(cudaMemcpy(out.data(), t.next_runs, out.size() * sizeof(int), cudaMemcpyDefault), "runs");
+    check(cudaMemcpy(out.data(), t.runs, out.size() * sizeof(int), cudaMemcpyDefault), "runs");
     return out;
 }
 

@@ -30,7 +30,7 @@ class GpuStages {
     std::vector<Particle<double>> g2p(const std::vector<Node<float>>& velocities);
     // Candidate primitives of every block of the lattice.
     std::vector<Mask> masks();
-    // Order of the runs of particles for the next frame.
+    // Order of the runs of particles.
     std::vector<int> lined_up();
 
   private:

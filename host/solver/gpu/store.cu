@@ -251,11 +251,10 @@ Clock Store::clock(cudaStream_t stream) const
 std::size_t Store::bytes() const
 {
     std::size_t sum = materials.bytes() + bindings.bytes() + primitives.bytes() +
-                      mid_frame.bytes() + travel.bytes() + in_line[0].bytes() + in_line[1].bytes() +
-                      near_runs.bytes() + sliding.bytes() + clocks.bytes() + input.bytes() +
-                      scratch.bytes() + rows.bytes() + runs.bytes() + run_listed.bytes() +
-                      box.bytes() + other_rows.bytes() + other_ids.bytes() + places.bytes() +
-                      gone.bytes();
+                      mid_frame.bytes() + travel.bytes() + in_line.bytes() + near_runs.bytes() +
+                      sliding.bytes() + clocks.bytes() + input.bytes() + scratch.bytes() +
+                      rows.bytes() + runs.bytes() + run_listed.bytes() + box.bytes() +
+                      other_rows.bytes() + other_ids.bytes() + places.bytes() + gone.bytes();
     for (int s = 0; s < 2; ++s) sum += spheres[s].bytes() + shapes[s].bytes() + ids[s].bytes();
     return sum;
 }

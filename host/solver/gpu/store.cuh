@@ -132,7 +132,7 @@ class Store {
     DeviceArray<Shape<float>> shapes[2], mid_frame;
     DeviceArray<float> travel;
     DeviceArray<unsigned> run_listed;
-    DeviceArray<int> runs, in_line[2];
+    DeviceArray<int> runs, in_line;
     DeviceArray<Sliding<float>> sliding;
     DeviceArray<Clock> clocks;
     DeviceArray<FrameInput> input;
