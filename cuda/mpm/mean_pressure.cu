@@ -22,7 +22,7 @@ __global__ void __launch_bounds__(threads) find_kernel(const __grid_constant__ P
 __global__ void __launch_bounds__(block_nodes)
     clear_kernel(const __grid_constant__ PressureClearView d)
 {
-    wait_for_previous_stage();
+    let_next_stage_start();
     const int n = d.clock->begun, listed = d.clock->active[n % 3];
     for (int k = int(blockIdx.x); k < listed; k += int(gridDim.x))
         d.cells[(n + 1) & 1][block_of(d.list[n % 3][k]) * block_nodes + int(threadIdx.x)] = {};
@@ -41,8 +41,8 @@ void find_pressures(const Views& views, cudaStream_t stream)
 
 void clear_pressures(const Views& views, int multiprocessors, cudaStream_t stream)
 {
-    launch_early(views.overlaps, overlap::pressures, "clear pressures", clear_kernel,
-                 8 * multiprocessors, block_nodes, stream, pressure_clear_view(views));
+    launch("clear pressures", clear_kernel, 8 * multiprocessors, block_nodes, stream,
+           pressure_clear_view(views));
 }
 
 }  // namespace knead::gpu

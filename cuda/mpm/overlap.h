@@ -5,14 +5,13 @@
 namespace knead::overlap {
 
 // Programmatic dependent launches: before the end of the previous kernel of the stream.
-constexpr unsigned grid = 1 << 0;       // before the end of g2p
-constexpr unsigned g2p = 1 << 1;        // before the end of grid, or of a kernel between them
-constexpr unsigned pressures = 1 << 2;  // clearing cell-averaged pressures: of grid or deform
+constexpr unsigned grid = 1 << 0;  // before the end of g2p
+constexpr unsigned g2p = 1 << 1;   // before the end of grid, or of a kernel between them
 // What a kernel does before its wait; of use only if it is launched early.
-constexpr unsigned contact_ahead = 1 << 3;  // grid: contact in first blocks of nodes near tools
-constexpr unsigned pose_ahead = 1 << 4;     // g2p: posing; without: from the end of grid on
+constexpr unsigned contact_ahead = 1 << 2;  // grid: contact in first blocks of nodes near tools
+constexpr unsigned pose_ahead = 1 << 3;     // g2p: posing; without: from the end of grid on
 
 constexpr unsigned none = 0;  // plain stream order
-constexpr unsigned all = (1 << 5) - 1;
+constexpr unsigned all = (1 << 4) - 1;
 
 }  // namespace knead::overlap

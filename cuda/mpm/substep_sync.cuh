@@ -22,8 +22,8 @@
 //                 grid n
 //   ... tools n   start: end of       at its start     -
 //                 deform n
-//   clear         end of the kernel   after its wait   -
-//   pressures n   before it
+//   clear         start: end of the   at its start     -
+//   pressures n   kernel before it
 //   g2p n,        end of the kernel   after its wait   -
 //   particles     before it
 //   g2p n,        begun == n, by      at its end;      c) the clock, the frame's input
