@@ -51,7 +51,7 @@ Json scene_facts(const InfoOptions& o)
     Json objects = Json::array();
     for (const Object& one : scene.objects) {
         objects.push_back({{"name", one.name},
-                           {"material", one.preset},
+                           {"material", one.stated.name},
                            {"volume_m3", shape_volume(one)},
                            {"mass_kg", shape_volume(one) * one.material.density},
                            {"sound_m_per_s", sound_speed(one.material)}});

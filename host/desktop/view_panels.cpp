@@ -25,13 +25,6 @@ int preset_index(const std::string& name)
 
 }  // namespace
 
-MaterialSpec stated(const Object& object)
-{
-    MaterialSpec spec = stated(object.material);
-    spec.name = object.preset;
-    return spec;
-}
-
 std::vector<Slider> sliders_of(const MaterialSpec& spec)
 {
     std::vector<Slider> sliders;
@@ -87,9 +80,9 @@ void ViewPanels::follow(const LiveState& state)
     model.gravity = gravity_ = -scene.setup.gravity.y;
     model.objects.clear(), specs_.clear(), presets_.clear();
     for (const Object& o : scene.objects) {
-        specs_.push_back(stated(o));
-        presets_.push_back(preset_index(o.preset));
-        model.objects.push_back({o.name, preset_index(o.preset), sliders_of(specs_.back())});
+        specs_.push_back(o.stated);
+        presets_.push_back(preset_index(o.stated.name));
+        model.objects.push_back({o.name, presets_.back(), sliders_of(o.stated)});
     }
     model.has_recording = state.scene->recording.has_value();
     if (other) {

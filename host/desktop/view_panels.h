@@ -10,8 +10,6 @@
 
 namespace knead {
 
-// The material of an object as specified: its preset with the scene's changes.
-MaterialSpec stated(const Object& object);
 // Sliders for the quantities that this material uses, with ranges suited to live simulation.
 std::vector<Slider> sliders_of(const MaterialSpec& spec);
 // Returns `spec` with the sliders' values. Throws std::invalid_argument for a slider that the

@@ -112,22 +112,19 @@ const MaterialSpec& named_material(const ObjectReader& r, const std::string& key
 // A preset's name, "clay", or {"preset": "clay", ...overrides}.
 void read_material(ObjectReader& r, Object& object)
 {
+    MaterialSpec& m = object.stated;
     const Json* given = r.find("material");
     if (!given || given->is_string()) {
-        const MaterialSpec& m =
-            given ? named_material(r, "material", *given) : material_spec("clay");
-        object.preset = m.name;
-        object.material = made(m);
-        return;
+        m = given ? named_material(r, "material", *given) : material_spec("clay");
+    } else {
+        r.object("material", [&](ObjectReader& in) {
+            const Json* name = in.find("preset");
+            m = name ? named_material(in, "preset", *name) : material_spec("clay");
+            override_material(in, m);
+            if (const auto fault = fault_of(m)) in.fail(fault->key, fault->expected, fault->found);
+        });
     }
-    r.object("material", [&](ObjectReader& in) {
-        const Json* name = in.find("preset");
-        MaterialSpec m = name ? named_material(in, "preset", *name) : material_spec("clay");
-        object.preset = m.name;
-        override_material(in, m);
-        if (const auto fault = fault_of(m)) in.fail(fault->key, fault->expected, fault->found);
-        object.material = made(m);
-    });
+    object.material = made(m);
 }
 
 Object read_object(ObjectReader& r, std::size_t index)

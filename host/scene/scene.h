@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "cuda/math/vec.h"
 #include "cuda/mpm/material_data.h"
 #include "host/hands/hands_options.h"
 #include "host/scene/captions.h"
+#include "host/solver/material_spec.h"
 #include "host/solver/setup.h"
 #include "host/splats/upkeep.h"
 #include "host/surface/mesh.h"
@@ -40,13 +42,15 @@ struct Object {
     bool local() const { return shape == ShapeKind::splats && splats.depth > 0; }
     std::string name;
     ShapeKind shape = ShapeKind::sphere;
-    Vec3<double> centre{};        // [m]
-    Vec3<double> size{};          // full extents [m]; the axis of a cylinder is y
+    Vec3<double> centre{};  // [m]
+    Vec3<double> size{};    // full extents [m]; the axis of a cylinder is y
+    // From the object's frame to the scene's frame; the object turns about its centre.
+    Quat<double> rotation{1, 0, 0, 0};
     Vec3<double> velocity{};      // [m/s]
-    Material<double> material{};  // mass and volume are set when particles are made
+    MaterialSpec stated{};        // the material as the user stated it, before softening
+    Material<double> material{};  // simulated; mass and volume are set when particles are made
     double softer = 1;            // factor by which the given stiffness was divided
                                   // (step.soften_beyond)
-    std::string preset;           // name of the given material
     int category = 0;
     double per_cell = 8;   // particles per cell of the solver
     SplatsOptions splats;  // of shape `splats`; centre and size are set on loading

@@ -83,7 +83,7 @@ void PanelDesk::follow(const LiveState& state)
     history = state.history;
     const Scene& of = state.scene->scene;
     touched = false, gravity = length(of.setup.gravity) > 0;
-    preset = of.objects.empty() ? "" : of.objects[0].preset;
+    preset = of.objects.empty() ? "" : of.objects[0].stated.name;
     if (!of.setup.materials.empty()) material = of.setup.materials[0];
 }
 

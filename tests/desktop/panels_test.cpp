@@ -14,11 +14,10 @@ namespace {
 TEST(ViewPanels, EveryPresetIsStatedAsItWasMade)
 {
     for (const std::string& name : preset_names()) {
-        Object object;
-        object.preset = name;
-        object.material = preset(name);
-        const MaterialSpec spec = with_sliders(stated(object), sliders_of(stated(object)));
-        const Material<double> again = made(spec), wanted = object.material;
+        const Material<double> wanted = preset(name);
+        MaterialSpec spec = stated(wanted);
+        spec = with_sliders(spec, sliders_of(spec));
+        const Material<double> again = made(spec);
         EXPECT_NEAR(again.mu, wanted.mu, 1e-9 * wanted.mu) << name;
         EXPECT_NEAR(again.lambda, wanted.lambda, 1e-9 * wanted.lambda) << name;
         EXPECT_DOUBLE_EQ(again.yield, wanted.yield) << name;

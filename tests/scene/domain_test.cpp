@@ -223,7 +223,7 @@ TEST(ShippedScenes, TheLiquidSpreadsAsADiscWhateverTheCells)
         Scene scene = read_scene("scenes/materials.json", {"domain.cells=" + std::to_string(cells),
                                                            sanitized ? "frames=6" : "frames=60"});
         const Object liquid = scene.objects.back();
-        EXPECT_EQ(liquid.preset, "viscous-liquid");
+        EXPECT_EQ(liquid.stated.name, "viscous-liquid");
         scene.objects = {liquid};
         build(scene, std::size_t(1) << 33);
         const auto solver = cpu_solver(scene.setup);

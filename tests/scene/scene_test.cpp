@@ -60,7 +60,7 @@ TEST_F(SceneFile, DefaultsAreThoseOfThePapersLattice)
     EXPECT_DOUBLE_EQ(s.setup.walls.max.y, 60.0 / 64);
     EXPECT_EQ(s.surface.lattice.size.x, 128);
     EXPECT_FALSE(s.has_hands);
-    EXPECT_EQ(s.objects[0].preset, "jelly");
+    EXPECT_EQ(s.objects[0].stated.name, "jelly");
     EXPECT_DOUBLE_EQ(s.setup.gravity.y, -9.81);
 }
 
@@ -218,7 +218,7 @@ TEST_F(SceneFile, RecordingsStayInTheScenesFolder)
 TEST_F(SceneFile, SettingsReachIntoObjectsAndPresets)
 {
     const Scene s = scene(ball, {"objects.0.material.young=2e6", "hands.zoom=2", "clock=paper"});
-    EXPECT_EQ(s.objects[0].preset, "jelly");
+    EXPECT_EQ(s.objects[0].stated.name, "jelly");
     EXPECT_NEAR(s.objects[0].material.mu, 2e6 / (2 * 1.45), 1e-6);
     EXPECT_TRUE(s.has_hands);
     EXPECT_DOUBLE_EQ(s.hands.zoom, 2);
