@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "host/scene/names.h"
+
 namespace knead {
 namespace {
 
@@ -12,9 +14,8 @@ constexpr int max_cells = 1024;
 constexpr int beyond = 2;  // nodes beyond each wall
 
 // Error for the former key "margin", with the values of the present keys.
-[[noreturn]] void refuse_margin(ObjectReader& r, const Scene& scene, const Json& found)
+[[noreturn]] void refuse_margin(ObjectReader& r, const Lattice<double>& l, const Json& found)
 {
-    const Lattice<double>& l = scene.setup.lattice;
     const int nodes = found.is_number_integer() ? found.get<int>() : 3;
     const WallOptions w = walls_inside(l, nodes, ContactMode::sticky, 0);
     r.fail("margin",
@@ -22,6 +23,11 @@ constexpr int beyond = 2;  // nodes beyond each wall
                        "{}], \"max\": [{}, {}, {}])",
                        nodes, w.min.x, w.min.y, w.min.z, w.max.x, w.max.y, w.max.z),
            described(found));
+}
+
+Vec3<double> extent_of(const Lattice<double>& l)
+{
+    return {l.dx * l.size.x, l.dx * l.size.y, l.dx * l.size.z};
 }
 
 int in_blocks(int nodes) { return (nodes + block_edge - 1) / block_edge * block_edge; }
@@ -101,17 +107,14 @@ std::string cells_setting(const Json& root, int cells)
     return "domain.cells=" + requested.dump();
 }
 
-void read_walls(ObjectReader& r, Scene& scene)
+WallOptions read_walls(ObjectReader& r, const WallOptions& defaults, const Lattice<double>& l)
 {
-    const Lattice<double>& l = scene.setup.lattice;
-    const double dx = l.dx, edge = dx * max(l.size.x, max(l.size.y, l.size.z));
-    const Vec3<double> domain{dx * l.size.x, dx * l.size.y, dx * l.size.z};
-    WallOptions& walls = scene.setup.walls;
-    if (const Json* margin = r.find("margin")) refuse_margin(r, scene, *margin);
-    // With 64 cells: 3 nodes above the first and 4 below the end of the domain.
-    const double low = edge * 3 / 64, high = edge * 4 / 64;
-    walls.min = r.vector("min", {0, 1000, "m"}, {low, low, low});
-    walls.max = r.vector("max", {0, 1000, "m"}, domain - Vec3<double>{high, high, high});
+    const double dx = l.dx;
+    const Vec3<double> domain = extent_of(l);
+    WallOptions walls = defaults;
+    if (const Json* margin = r.find("margin")) refuse_margin(r, l, *margin);
+    walls.min = r.vector("min", {0, 1000, "m"}, defaults.min);
+    walls.max = r.vector("max", {0, 1000, "m"}, defaults.max);
     const auto check = [&](const char* axis, double from, double to, double end) {
         const double slack = 1e-9 * dx;
         if (to <= end + slack && to - from >= 2 * dx - slack) return;
@@ -125,8 +128,31 @@ void read_walls(ObjectReader& r, Scene& scene)
     check("y", walls.min.y, walls.max.y, domain.y);
     check("z", walls.min.z, walls.max.z, domain.z);
     r.refuse_renamed("touch", "contact_mode");
-    walls.mode = r.choice("contact_mode", contact_modes, ContactMode::sticky);
-    walls.friction = r.number("friction", {0, 10}, 0.4);
+    walls.mode = r.choice("contact_mode", contact_modes, defaults.mode);
+    walls.friction = r.number("friction", {0, 10}, defaults.friction);
+    return walls;
+}
+
+void read_walls(ObjectReader& r, Scene& scene)
+{
+    const Lattice<double>& l = scene.setup.lattice;
+    const double edge = l.dx * max(l.size.x, max(l.size.y, l.size.z));
+    // With 64 cells: 3 nodes above the first and 4 below the end of the domain.
+    const double low = edge * 3 / 64, high = edge * 4 / 64;
+    WallOptions defaults{};
+    defaults.min = {low, low, low};
+    defaults.max = extent_of(l) - Vec3<double>{high, high, high};
+    defaults.mode = ContactMode::sticky, defaults.friction = 0.4;
+    scene.setup.walls = read_walls(r, defaults, l);
+}
+
+Json json_of(const WallOptions& walls)
+{
+    const auto triple = [](Vec3<double> v) { return Json{v.x, v.y, v.z}; };
+    return {{"min", triple(walls.min)},
+            {"max", triple(walls.max)},
+            {"contact_mode", name_of(contact_modes, walls.mode)},
+            {"friction", walls.friction}};
 }
 
 void move_in(Scene& scene)

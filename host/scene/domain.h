@@ -1,23 +1,23 @@
 // The domain of a scene, its walls, and the lattice that contains both.
 #pragma once
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "host/base/json_reader.h"
 #include "host/scene/scene.h"
 
 namespace knead {
 
-inline const std::vector<std::pair<std::string, ContactMode>> contact_modes = {
-    {"sticky", ContactMode::sticky},
-    {"slip", ContactMode::slip},
-    {"separate", ContactMode::separate}};
-
 // Read the domain, which sizes the lattice, and then the walls, both in the scene's frame. Both
 // throw InputError.
 void read_domain(ObjectReader& r, Scene& scene);
 void read_walls(ObjectReader& r, Scene& scene);
+
+// Walls in the scene's frame around a lattice whose first node is the origin of that frame; keys
+// that are missing keep their value of `defaults`. Throws InputError.
+WallOptions read_walls(ObjectReader& r, const WallOptions& defaults,
+                       const Lattice<double>& lattice);
+// What read_walls() reads again with the same values, to the bit.
+Json json_of(const WallOptions& walls);
 
 // The setting that gives the longest axis of a scene's domain `cells` cells and scales the other
 // axes in proportion, rounded to whole blocks: "domain.cells=48". `root` is the scene's JSON

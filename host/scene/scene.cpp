@@ -1,5 +1,5 @@
-// Reads scenes from JSON. Every key appears here once, with unit, range and default;
-// docs/reference/formats.md documents the same.
+// Reads scenes from JSON. Every key appears once, here or in what this calls, with unit, range and
+// default; docs/reference/formats.md documents the same.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +10,8 @@
 
 #include "host/hands/gesture.h"
 #include "host/scene/domain.h"
-#include "host/scene/presets.h"
+#include "host/scene/names.h"
+#include "host/scene/object_json.h"
 #include "host/scene/soften.h"
 #include "host/scene/splats_options.h"
 
@@ -61,106 +62,6 @@ void read_rest(ObjectReader& r, Scene& scene)
         r.fail("mode", "\"none\" or \"sleep\" for a scene without hands", "\"localized\"");
 }
 
-Bounds range_of(const char* key)
-{
-    const MaterialQuantity& q = material_quantity(key);
-    return {q.low, q.high, q.unit};
-}
-
-void override_material(ObjectReader& r, MaterialSpec& m)
-{
-    m.elasticity = r.choice<Elasticity>("elasticity",
-                                        {{"neo_hookean", Elasticity::neo_hookean},
-                                         {"fixed_corotated", Elasticity::fixed_corotated},
-                                         {"hencky", Elasticity::hencky}},
-                                        m.elasticity);
-    r.refuse_renamed("flow", "plasticity");
-    m.plasticity = r.choice<Plasticity>("plasticity",
-                                        {{"none", Plasticity::none},
-                                         {"von_mises", Plasticity::von_mises},
-                                         {"drucker_prager", Plasticity::drucker_prager},
-                                         {"clamp", Plasticity::clamp},
-                                         {"herschel_bulkley", Plasticity::herschel_bulkley},
-                                         {"fluid", Plasticity::fluid}},
-                                        m.plasticity);
-    m.density = r.number("density", range_of("density"), m.density);
-    m.young = r.number("young", range_of("young"), m.young);
-    m.poisson = r.number("poisson", range_of("poisson"), m.poisson);
-    m.yield = r.number("yield", range_of("yield"), m.yield);
-    m.hardening = r.number("hardening", range_of("hardening"), m.hardening);
-    m.yield_floor = r.number("yield_floor", range_of("yield_floor"), m.yield_floor);
-    m.friction_angle = r.number("friction_angle", range_of("friction_angle"), m.friction_angle);
-    m.cohesion = r.number("cohesion", range_of("cohesion"), m.cohesion);
-    m.compress = r.number("compress", range_of("compress"), m.compress);
-    m.stretch = r.number("stretch", range_of("stretch"), m.stretch);
-    m.snow = r.number("snow", range_of("snow"), m.snow);
-    m.viscosity = r.number("viscosity", range_of("viscosity"), m.viscosity);
-    m.exponent = r.number("exponent", range_of("exponent"), m.exponent);
-    m.bulk = r.number("bulk", range_of("bulk"), m.bulk);
-}
-
-const MaterialSpec& named_material(const ObjectReader& r, const std::string& key, const Json& name)
-{
-    if (!name.is_string()) r.fail(key, "the name of a preset", described(name));
-    try {
-        return material_spec(name.get<std::string>());
-    } catch (const InputError& e) {
-        throw InputError(r.file() + ": " + r.pointer(key) + ": " + e.what());
-    }
-}
-
-// A preset's name, "clay", or {"preset": "clay", ...overrides}.
-void read_material(ObjectReader& r, Object& object)
-{
-    MaterialSpec& m = object.stated;
-    const Json* given = r.find("material");
-    if (!given || given->is_string()) {
-        m = given ? named_material(r, "material", *given) : material_spec("clay");
-    } else {
-        r.object("material", [&](ObjectReader& in) {
-            const Json* name = in.find("preset");
-            m = name ? named_material(in, "preset", *name) : material_spec("clay");
-            override_material(in, m);
-            if (const auto fault = fault_of(m)) in.fail(fault->key, fault->expected, fault->found);
-        });
-    }
-    object.material = made(m);
-}
-
-Object read_object(ObjectReader& r, std::size_t index)
-{
-    const Bounds where{-1000, 1000, "m"}, extent{0, 1000, "m", true};
-    Object o;
-    o.name = r.text("name", fmt::format("object {}", index));
-    o.shape = r.choice<ShapeKind>("shape",
-                                  {{"sphere", ShapeKind::sphere},
-                                   {"box", ShapeKind::box},
-                                   {"cylinder", ShapeKind::cylinder},
-                                   {"splats", ShapeKind::splats}},
-                                  ShapeKind::sphere);
-    o.centre = r.vector("centre", where);
-    if (o.shape == ShapeKind::splats) {
-        read_splats_options(r, o.splats);
-    } else if (o.shape == ShapeKind::box) {
-        o.size = r.vector("size", extent);
-    } else {
-        const double across = r.number("diameter", extent);
-        const bool ball = o.shape == ShapeKind::sphere;
-        o.size = {across, ball ? across : r.number("height", extent), across};
-    }
-    o.velocity = r.vector("velocity", {-1000, 1000, "m/s"}, {0, 0, 0});
-    read_material(r, o);
-    o.category = r.whole("category", 0, 255, 0);
-    o.material.category = o.category;
-    o.per_cell = r.number("per_cell", {1, 64, "particles per cell"}, 8);
-    if (o.per_cell < 2)
-        r.fail("per_cell",
-               "at least 2 and at most 64 particles per cell (of fewer, clay drawn to 1.6 times "
-               "its length comes apart)",
-               short_number(o.per_cell));
-    return o;
-}
-
 void read_objects(ObjectReader& r, Scene& scene)
 {
     const Json& list = r.required("objects", "an array of at least one object");
@@ -168,7 +69,9 @@ void read_objects(ObjectReader& r, Scene& scene)
         r.fail("objects", fmt::format("an array of 1 to {} objects", max_objects), described(list));
     for (std::size_t i = 0; i < list.size(); ++i)
         ObjectReader::read(list[i], r.file(), r.pointer("objects") + "/" + std::to_string(i),
-                           [&](ObjectReader& o) { scene.objects.push_back(read_object(o, i)); });
+                           [&](ObjectReader& o) {
+                               scene.objects.push_back(read_object(o, fmt::format("object {}", i)));
+                           });
     const auto local = [](const Object& o) { return o.local(); };
     if (std::count_if(scene.objects.begin(), scene.objects.end(), local) > 1)
         r.fail("objects", "at most one object with a depth", "several");

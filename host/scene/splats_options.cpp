@@ -1,5 +1,10 @@
 #include "host/scene/splats_options.h"
 
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "host/scene/names.h"
+
 namespace knead {
 
 void read_splats_options(ObjectReader& r, SplatsOptions& splats)
@@ -8,14 +13,18 @@ void read_splats_options(ObjectReader& r, SplatsOptions& splats)
     splats.size = r.number("size", {0, 1000, "m", true});
     splats.turn = r.number("turn", {-360, 360, "degrees"}, 0);
     splats.depth = r.number("depth", {0, 1000, "m"}, 0);
-    splats.up = r.choice<UpAxis>("up",
-                                 {{"x", UpAxis::x},
-                                  {"-x", UpAxis::minus_x},
-                                  {"y", UpAxis::y},
-                                  {"-y", UpAxis::minus_y},
-                                  {"z", UpAxis::z},
-                                  {"-z", UpAxis::minus_z}},
-                                 UpAxis::minus_y);
+    splats.up = r.choice("up", up_axes, UpAxis::minus_y);
+}
+
+void write_splats_options(const SplatsOptions& splats, const std::string& path, Json& object)
+{
+    namespace fs = std::filesystem;
+    const fs::path folder = fs::path(path).parent_path();
+    object["file"] = fs::path(splats.file).lexically_relative(folder).string();
+    object["size"] = splats.size;
+    object["turn"] = splats.turn;
+    object["depth"] = splats.depth;
+    object["up"] = name_of(up_axes, splats.up);
 }
 
 void read_upkeep(ObjectReader& r, UpkeepOptions& upkeep)

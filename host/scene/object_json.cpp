@@ -1,0 +1,181 @@
+#include "host/scene/object_json.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "host/scene/names.h"
+#include "host/scene/presets.h"
+#include "host/scene/splats_options.h"
+
+namespace knead {
+namespace {
+
+constexpr Quat<double> upright_pose{1, 0, 0, 0};
+
+void override_material(ObjectReader& r, MaterialSpec& m)
+{
+    m.elasticity = r.choice("elasticity", elasticities, m.elasticity);
+    r.refuse_renamed("flow", "plasticity");
+    m.plasticity = r.choice("plasticity", plasticities, m.plasticity);
+    for (const MaterialQuantity& q : material_quantities())
+        m.*q.value = r.number(q.key, {q.low, q.high, q.unit}, m.*q.value);
+}
+
+const MaterialSpec& named_material(const ObjectReader& r, const std::string& key, const Json& name)
+{
+    if (!name.is_string()) r.fail(key, "the name of a preset", described(name));
+    try {
+        return material_spec(name.get<std::string>());
+    } catch (const InputError& e) {
+        throw InputError(r.file() + ": " + r.pointer(key) + ": " + e.what());
+    }
+}
+
+const MaterialSpec& preset_of(const MaterialSpec& material)
+{
+    const auto& all = material_specs();
+    const auto at = std::find_if(
+        all.begin(), all.end(), [&](const MaterialSpec& one) { return one.name == material.name; });
+    return at == all.end() ? material_spec("clay") : *at;
+}
+
+// Distinguishes 0 from -0.
+bool same_number(double a, double b) { return a == b && std::signbit(a) == std::signbit(b); }
+
+double length_of(Quat<double> q)
+{
+    return std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+}
+
+Quat<double> read_rotation(ObjectReader& r)
+{
+    const Json* given = r.find("rotation");
+    if (!given) return upright_pose;
+    const std::string expected = "a quaternion [w, x, y, z] of length 1";
+    if (!given->is_array() || given->size() != 4) r.fail("rotation", expected, described(*given));
+    for (const Json& one : *given)
+        if (!one.is_number()) r.fail("rotation", expected, described(*given));
+    const Json& q = *given;
+    const Quat<double> read{q[0].get<double>(), q[1].get<double>(), q[2].get<double>(),
+                            q[3].get<double>()};
+    const double length = length_of(read);
+    if (!(length >= 0.999 && length <= 1.001))
+        r.fail("rotation", expected + ", within 0.001", "length " + short_number(length));
+    return unit_rotation(read);
+}
+
+double read_per_cell(ObjectReader& r)
+{
+    const double per_cell = r.number("per_cell", {1, 64, "particles per cell"}, 8);
+    if (per_cell < 2)
+        r.fail("per_cell",
+               "at least 2 and at most 64 particles per cell (of fewer, clay drawn to 1.6 times "
+               "its length comes apart)",
+               short_number(per_cell));
+    return per_cell;
+}
+
+}  // namespace
+
+Quat<double> unit_rotation(Quat<double> q)
+{
+    const double length = length_of(q);
+    if (std::abs(length - 1) <= 8 * std::numeric_limits<double>::epsilon()) return q;
+    return {q.w / length, q.x / length, q.y / length, q.z / length};
+}
+
+MaterialSpec normalised(MaterialSpec m)
+{
+    const MaterialSpec& preset = preset_of(m);
+    const bool valid = !fault_of(m);
+    m.name = preset.name;
+    for (const MaterialQuantity& q : material_quantities()) {
+        double& value = m.*q.value;
+        if (!q.used(m))
+            value = preset.*q.value;
+        else if (valid)
+            value = std::clamp(value, q.low, q.high);
+    }
+    return m;
+}
+
+MaterialSpec read_material(ObjectReader& r, const std::string& key)
+{
+    const Json* given = r.find(key);
+    if (!given) return material_spec("clay");
+    if (given->is_string()) return named_material(r, key, *given);
+    MaterialSpec m;
+    r.object(key, [&](ObjectReader& in) {
+        const Json* name = in.find("preset");
+        m = name ? named_material(in, "preset", *name) : material_spec("clay");
+        override_material(in, m);
+        if (const auto fault = fault_of(m)) in.fail(fault->key, fault->expected, fault->found);
+    });
+    return m;
+}
+
+Json json_of(const MaterialSpec& m)
+{
+    const MaterialSpec& preset = preset_of(m);
+    Json all = {{"preset", preset.name}};
+    if (m.elasticity != preset.elasticity) all["elasticity"] = name_of(elasticities, m.elasticity);
+    if (m.plasticity != preset.plasticity) all["plasticity"] = name_of(plasticities, m.plasticity);
+    for (const MaterialQuantity& q : material_quantities())
+        if (!same_number(m.*q.value, preset.*q.value)) all[q.key] = m.*q.value;
+    return all;
+}
+
+Object read_object(ObjectReader& r, const std::string& default_name)
+{
+    const Bounds where{-1000, 1000, "m"}, extent{0, 1000, "m", true};
+    Object o;
+    o.name = r.text("name", default_name);
+    o.shape = r.choice("shape", shape_kinds, ShapeKind::sphere);
+    o.centre = r.vector("centre", where);
+    if (o.shape == ShapeKind::splats) {
+        read_splats_options(r, o.splats);
+    } else if (o.shape == ShapeKind::box) {
+        o.size = r.vector("size", extent);
+    } else {
+        const double across = r.number("diameter", extent);
+        const bool ball = o.shape == ShapeKind::sphere;
+        o.size = {across, ball ? across : r.number("height", extent), across};
+    }
+    o.rotation = read_rotation(r);
+    o.velocity = r.vector("velocity", {-1000, 1000, "m/s"}, {0, 0, 0});
+    o.stated = read_material(r, "material");
+    o.material = made(o.stated);
+    o.category = r.whole("category", 0, 255, 0);
+    o.material.category = o.category;
+    o.per_cell = read_per_cell(r);
+    return o;
+}
+
+Json json_of(const Object& o, const std::string& path)
+{
+    const auto triple = [](Vec3<double> v) { return Json{v.x, v.y, v.z}; };
+    Json all = {{"name", o.name},
+                {"shape", name_of(shape_kinds, o.shape)},
+                {"centre", triple(o.centre)},
+                {"velocity", triple(o.velocity)},
+                {"material", json_of(o.stated)},
+                {"category", o.category},
+                {"per_cell", o.per_cell}};
+    const Quat<double>& q = o.rotation;
+    const bool turned = !same_number(q.w, 1) || !same_number(q.x, 0) || !same_number(q.y, 0) ||
+                        !same_number(q.z, 0);
+    if (turned) all["rotation"] = {q.w, q.x, q.y, q.z};
+    if (o.shape == ShapeKind::splats) {
+        write_splats_options(o.splats, path, all);
+    } else if (o.shape == ShapeKind::box) {
+        all["size"] = triple(o.size);
+    } else {
+        all["diameter"] = o.size.x;
+        if (o.shape == ShapeKind::cylinder) all["height"] = o.size.y;
+    }
+    return all;
+}
+
+}  // namespace knead
