@@ -59,29 +59,29 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
     options.cell = scene.setup.lattice.dx, options.per_cell = o.per_cell, options.seed = scene.seed;
     options.max_bytes = memory;
     const CleanCloud cleaned = clean(file, options.clean);
-    const Quat<double> turn = about({0, 1, 0}, o.splats.turn) * upright(o.splats.up);
-    Box3<double> box = empty_box<double>();
-    for (const std::uint32_t i : cleaned.kept)
-        grow(box, rotate(turn, cast<double>(file.centre[i])));
+    // In the object's frame and in the scene's.
+    const Quat<double> own = about({0, 1, 0}, o.splats.turn) * upright(o.splats.up),
+                       turn = o.rotation * own;
+    Box3<double> box = empty_box<double>(), turned = box;
+    for (const std::uint32_t i : cleaned.kept) {
+        const Vec3<double> x = cast<double>(file.centre[i]);
+        grow(box, rotate(own, x)), grow(turned, rotate(turn, x));
+    }
     const double longest = longest_edge(box);
     if (!(longest > 0))
         throw InputError("expected splats of an object, found none, or all at one point");
     const double scale = o.splats.size / longest;
+    const Vec3<double> shift = o.centre - scale * rotate(o.rotation, centre(box));
     if (o.local()) {
-        o.size = scale * edges(box);
+        o.size = scale * edges(turned);
         ObjectParticles none;
+        none.middle = shift + scale * centre(turned);
         none.volume = std::pow(options.cell, 3) / options.per_cell;
         o.given = std::make_shared<const ObjectParticles>(std::move(none));
-        SplatObject still{int(index),
-                          placed(file, turn, scale, o.centre - scale * centre(box)),
-                          file.count(),
-                          {},
-                          0,
-                          true};
+        SplatObject still{int(index), placed(file, turn, scale, shift), file.count(), {}, 0, true};
         return still;
     }
-    FilledObject filled =
-        fill(placed(file, turn, scale, o.centre - scale * centre(box)), cleaned, options);
+    FilledObject filled = fill(placed(file, turn, scale, shift), cleaned, options);
 
     SplatObject object{int(index), {}, 0, filled.report, 0};
     keep_between(scene.setup.walls, filled, object);
@@ -90,7 +90,7 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
     Box3<double> all = empty_box<double>();
     for (const Vec3<double>& x : given.particles) grow(all, x);
     for (const Vec3<float>& x : object.cloud.centre) given.splats.push_back(cast<double>(x));
-    o.centre = centre(all), o.size = edges(all);
+    given.middle = centre(all), o.size = edges(all);
     o.given = std::make_shared<const ObjectParticles>(std::move(given));
     return object;
 }

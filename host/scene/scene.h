@@ -36,6 +36,7 @@ struct ObjectParticles {
     std::vector<Vec3<double>> particles;  // [m]
     double volume = 0;                    // of each [m^3]
     std::vector<Vec3<double>> splats;     // their centres [m]
+    Vec3<double> middle{};                // centre of the box that contains the object [m]
 };
 
 struct Object {
@@ -43,7 +44,9 @@ struct Object {
     std::string name;
     ShapeKind shape = ShapeKind::sphere;
     Vec3<double> centre{};  // [m]
-    Vec3<double> size{};    // full extents [m]; the axis of a cylinder is y
+    // Full extents [m], in the object's frame; the axis of a cylinder is y. Of shape `splats`: in
+    // the scene's frame, set on loading; box_of() is the box of any object.
+    Vec3<double> size{};
     // From the object's frame to the scene's frame; the object turns about its centre.
     Quat<double> rotation{1, 0, 0, 0};
     Vec3<double> velocity{};      // [m/s]
@@ -53,7 +56,7 @@ struct Object {
                                   // (step.soften_beyond)
     int category = 0;
     double per_cell = 8;   // particles per cell of the solver
-    SplatsOptions splats;  // of shape `splats`; centre and size are set on loading
+    SplatsOptions splats;  // of shape `splats`
     std::shared_ptr<const ObjectParticles> given;
 };
 

@@ -7,6 +7,7 @@
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/hands/gesture.h"
+#include "host/scene/seed.h"
 
 namespace knead {
 
@@ -18,7 +19,7 @@ Recording hands_of(const Scene& scene)
         names.push_back(g.name);
         if (g.name != hands.recording) continue;
         GestureOptions options;
-        options.radius = scene.objects[0].size.x / 2 / hands.zoom;
+        options.radius = extents(scene.objects[0]).x / 2 / hands.zoom;
         options.topology = hands.topology;
         options.seed = scene.seed;
         return generate(g.name, options);

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "cuda/math/node4.h"
+#include "cuda/math/rotation.h"
 #include "host/base/errors.h"
 #include "host/hands/motion.h"
 #include "host/scene/packing.h"
@@ -21,23 +22,27 @@ std::string place(const Scene& scene, std::size_t object)
     return fmt::format("{}: /objects/{}", scene.path, object);
 }
 
+// Centre of the box of an object.
+Vec3<double> middle_of(const Object& o) { return o.given ? o.given->middle : o.centre; }
+
 // Errors state positions in the frame of the scene's file.
 void check_between_walls(const Scene& scene, std::size_t index)
 {
     const Object& o = scene.objects[index];
     const double slack = 1e-6 * scene.setup.lattice.dx;
-    const Vec3<double> centre = o.centre + scene.origin, min = scene.setup.walls.min + scene.origin,
+    const Vec3<double> centre = middle_of(o) + scene.origin, size = extents(o),
+                       min = scene.setup.walls.min + scene.origin,
                        max = scene.setup.walls.max + scene.origin;
-    const auto check = [&](const char* axis, double c, double size, double low, double high) {
-        if (c - size / 2 >= low - slack && c + size / 2 <= high + slack) return;
+    const auto check = [&](const char* axis, double c, double edge, double low, double high) {
+        if (c - edge / 2 >= low - slack && c + edge / 2 <= high + slack) return;
         throw InputError(fmt::format(
             "{}: expected the object between the walls, {} from {:.6g} to {:.6g} m, found {} from "
             "{:.6g} to {:.6g} m",
-            place(scene, index), axis, low, high, axis, c - size / 2, c + size / 2));
+            place(scene, index), axis, low, high, axis, c - edge / 2, c + edge / 2));
     };
-    check("x", centre.x, o.size.x, min.x, max.x);
-    check("y", centre.y, o.size.y, min.y, max.y);
-    check("z", centre.z, o.size.z, min.z, max.z);
+    check("x", centre.x, size.x, min.x, max.x);
+    check("y", centre.y, size.y, min.y, max.y);
+    check("z", centre.z, size.z, min.z, max.z);
 }
 
 // Memory [bytes]. Per particle: the input list, one copy by an audit, and the solver's own data
@@ -136,12 +141,9 @@ void seed_object(Scene& scene, std::size_t index)
     const auto strata = [h](Vec3<double> x) {
         return Int3{int(std::floor(x.x / h)), int(std::floor(x.y / h)), int(std::floor(x.z / h))};
     };
-    const Packing packing{h,
-                          o.per_cell,
-                          scene.seed,
-                          index,
-                          strata(o.centre - 0.5 * o.size),
-                          strata(o.centre + 0.5 * o.size) + Int3{1, 1, 1}};
+    const Box3<double> box = box_of(o);
+    const Packing packing{h,     o.per_cell,      scene.seed,
+                          index, strata(box.low), strata(box.high) + Int3{1, 1, 1}};
     const std::size_t before = setup.particles.size();
     for (const Vec3<double>& p :
          packed(packing, [&](Vec3<double> x) { return room(scene, index, x); }))
@@ -171,7 +173,7 @@ void add_tool(HandTools& to, const HandsOptions& hands, Side side)
 
 double depth(const Object& o, Vec3<double> x)
 {
-    const Vec3<double> d = x - o.centre, half = 0.5 * o.size;
+    const Vec3<double> d = rotate(conjugate(o.rotation), x - o.centre), half = 0.5 * o.size;
     switch (o.shape) {
         case ShapeKind::box:
             return min(half.x - std::abs(d.x), min(half.y - std::abs(d.y), half.z - std::abs(d.z)));
@@ -186,6 +188,38 @@ double depth(const Object& o, Vec3<double> x)
 }
 
 bool inside(const Object& o, Vec3<double> x) { return depth(o, x) >= 0; }
+
+Vec3<double> extents(const Object& o)
+{
+    const Mat3<double> R = rotation(o.rotation);
+    const Vec3<double> s = o.size;
+    switch (o.shape) {
+        case ShapeKind::box: {
+            const auto along = [&](double x, double y, double z) {
+                return std::abs(x) * s.x + std::abs(y) * s.y + std::abs(z) * s.z;
+            };
+            return {along(R.a.x, R.b.x, R.c.x), along(R.a.y, R.b.y, R.c.y),
+                    along(R.a.z, R.b.z, R.c.z)};
+        }
+        case ShapeKind::cylinder: {
+            // The axis, and a disc that is seen at the angle between its normal and each axis.
+            const auto along = [&](double axis) {
+                return std::abs(axis) * s.y + std::sqrt(max(0.0, 1 - axis * axis)) * s.x;
+            };
+            return {along(R.b.x), along(R.b.y), along(R.b.z)};
+        }
+        case ShapeKind::splats:
+        case ShapeKind::sphere:
+            break;
+    }
+    return s;
+}
+
+Box3<double> box_of(const Object& o)
+{
+    const Vec3<double> half = 0.5 * extents(o), middle = middle_of(o);
+    return {middle - half, middle + half};
+}
 
 double shape_volume(const Object& o)
 {

@@ -3,10 +3,15 @@
 #pragma once
 #include <vector>
 
+#include "cuda/math/box.h"
 #include "host/scene/scene.h"
 
 namespace knead {
 
+// The smallest box along the axes that contains an object, rotated, and the lengths of its edges
+// [m]. Of shape `splats`: what is loaded, or nothing.
+Box3<double> box_of(const Object& object);
+Vec3<double> extents(const Object& object);
 double shape_volume(const Object& object);      // [m^3]
 double expected_particles(const Scene& scene);  // overlaps counted twice
 double expected_bytes(const Scene& scene);      // host and solver

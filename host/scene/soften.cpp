@@ -8,6 +8,7 @@
 
 #include "cuda/mpm/material.h"
 #include "host/base/errors.h"
+#include "host/scene/seed.h"
 
 namespace knead {
 namespace {
@@ -110,7 +111,7 @@ std::string softened_text(const Scene& scene, const Object& o)
                             share(strain), share(strain / o.softer));
     if (m.plasticity == Plasticity::clamp)
         text += "; its critical strains are unchanged, the stresses smaller by the same factor";
-    const double sag = m.density * length(scene.setup.gravity) * o.size.y / modulus;
+    const double sag = m.density * length(scene.setup.gravity) * extents(o).y / modulus;
     if (sag > 0.01)
         text += fmt::format("; strain at its base under its own weight: {}", share(sag));
     return text;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cuda/math/box.h"
+#include "host/scene/seed.h"
 
 namespace knead {
 namespace {
@@ -73,9 +74,8 @@ HandsOptions live_hands(const Scene& scene)
 {
     if (scene.has_hands || scene.objects.empty()) return scene.hands;
     constexpr double in_hand = 0.2;  // the size of all objects together [m]
-    Box3<double> all{scene.objects[0].centre, scene.objects[0].centre};
-    for (const Object& o : scene.objects)
-        grow(all, Box3<double>{o.centre - 0.5 * o.size, o.centre + 0.5 * o.size});
+    Box3<double> all = empty_box<double>();
+    for (const Object& o : scene.objects) grow(all, box_of(o));
     HandsOptions options = scene.hands;
     options.zoom = longest_edge(all) / in_hand;
     options.at = centre(all);

@@ -75,6 +75,33 @@ TEST_F(SplatObjects, AnyAxisMayPointUp)
     }
 }
 
+// About the vertical, `rotation` is the same as `turn`.
+TEST_F(SplatObjects, AreRotatedAboutTheCentreThatTheSceneStates)
+{
+    const auto loaded = [&](const std::vector<std::string>& settings) {
+        Scene s = read_scene(scene(""), settings);
+        SplatCloud cloud = joined(load_splats(s, room));
+        build(s, room);
+        EXPECT_EQ(length(s.objects[0].centre + s.origin - Vec3<double>{0.3, 0.25, 0.3}), 0);
+        return std::pair(s.objects[0], cloud);
+    };
+    const std::string half = "0.7071067811865476";
+    const auto [plain, cloud] = loaded({});
+    const auto [turned, with_turn] = loaded({"objects.0.turn=90"});
+    const auto [about_y, with_rotation] =
+        loaded({"objects.0.rotation=[" + half + ",0," + half + ",0]"});
+    EXPECT_LT(length(turned.size - about_y.size), 1e-6);
+    EXPECT_LT(length(turned.given->middle - about_y.given->middle), 1e-6);
+    ASSERT_EQ(with_turn.count(), with_rotation.count());
+    for (std::size_t i = 0; i < with_turn.count(); ++i)
+        ASSERT_LT(length(with_turn.centre[i] - with_rotation.centre[i]), 1e-5f);
+    const Object lying = loaded({"objects.0.rotation=[" + half + ",0,0," + half + "]"}).first;
+    EXPECT_NEAR(lying.size.x, plain.size.y, 0.01);
+    EXPECT_NEAR(lying.size.y, plain.size.x, 0.01);
+    EXPECT_NEAR(lying.size.z, plain.size.z, 0.01);
+    EXPECT_NEAR(shape_volume(lying) / shape_volume(plain), 1, 0.02);
+}
+
 TEST_F(SplatObjects, SeveralAreOneCloudInTheOrderOfTheirGaussians)
 {
     Scene s = read_scene(scene(R"(, "per_cell": 2, "category": 1)",
