@@ -107,6 +107,7 @@ Bench::Bench(const BenchOptions& o)
 Scene Bench::scene(const std::vector<std::string>& settings) const
 {
     Scene s = read_scene(options.scene, settings);
+    need_objects(s);
     s.setup.threads = options.threads;
     const std::size_t memory =
         options.max_memory > 0 ? std::size_t(options.max_memory * 0x1p20) : available_memory();
@@ -177,7 +178,8 @@ int bench_verb(const BenchOptions& options)
 {
     set_loop_threads(options.threads);
     Bench bench(options);
-    read_scene(bench.options.scene, {});  // reports an invalid scene before any output is created
+    // Reports an invalid scene before any output is created.
+    need_objects(read_scene(bench.options.scene, {}));
     const std::string folder = folder_of(bench);
     const FolderLock lock = prepare_folder(folder, results, options.overwrite);
     const auto in_folder = [&](const std::string& name) {

@@ -127,6 +127,7 @@ Scene held_ball(const Bench& bench, int cells, bool rest)
           fmt::format("hands.zoom={:.9g}", radius / 0.1)})
         settings.push_back(s);
     Scene scene = read_scene(bench.options.scene, settings);
+    need_objects(scene);
     scene.setup.threads = bench.options.threads;
     if (rest) {
         Object box = scene.objects[0];

@@ -110,6 +110,7 @@ void Session::prepare()
 {
     const std::size_t memory =
         o.max_memory > 0 ? std::size_t(o.max_memory * 0x1p20) : available_memory();
+    need_objects(scene);
     check_substeps(scene);
     const std::vector<SplatObject> objects = load_splats(scene, memory);
     for (const SplatObject& of : objects)

@@ -164,7 +164,8 @@ bool ViewPanels::set_gravity(double gravity, LiveSession& session)
 bool ViewPanels::set_material(bool preset, LiveSession& session)
 {
     const std::size_t at = std::size_t(model.object);
-    ObjectPanel& object = model.objects.at(at);
+    if (at >= model.objects.size()) return false;  // a scene without objects
+    ObjectPanel& object = model.objects[at];
     MaterialSpec spec = preset ? material_specs().at(std::size_t(object.preset))
                                : with_sliders(specs_.at(at), object.sliders);
     if (const auto fault = fault_of(spec)) {

@@ -64,9 +64,10 @@ void read_rest(ObjectReader& r, Scene& scene)
 
 void read_objects(ObjectReader& r, Scene& scene)
 {
-    const Json& list = r.required("objects", "an array of at least one object");
-    if (!list.is_array() || list.empty() || list.size() > max_objects)
-        r.fail("objects", fmt::format("an array of 1 to {} objects", max_objects), described(list));
+    const Json& list = r.required("objects", "an array of objects");
+    if (!list.is_array() || list.size() > max_objects)
+        r.fail("objects", fmt::format("an array of at most {} objects", max_objects),
+               described(list));
     for (std::size_t i = 0; i < list.size(); ++i)
         ObjectReader::read(list[i], r.file(), r.pointer("objects") + "/" + std::to_string(i),
                            [&](ObjectReader& o) {
@@ -123,7 +124,7 @@ void read_hands(ObjectReader& r, Scene& scene)
     HandsOptions& h = scene.hands;
     read_recording_name(r, h);
     h.zoom = r.number("zoom", {0.01, 1000, "simulation metres per real metre"}, 1);
-    h.at = r.vector("at", {-1000, 1000, "m"}, scene.objects[0].centre);
+    h.at = r.vector("at", {-1000, 1000, "m"}, h.at);
     h.topology = r.choice<Topology>("topology", {{"h25", Topology::h25}, {"h47", Topology::h47}},
                                     Topology::h25);
     r.refuse_renamed("touch", "contact_mode");
@@ -196,6 +197,11 @@ void read_root(ObjectReader& r, Scene& scene)
         r.vector("gravity", {-most_gravity, most_gravity, "m/s^2"}, {0, -9.81, 0});
     read_objects(r, scene);
     scene.has_hands = r.has("hands");
+    const WallOptions& walls = scene.setup.walls;
+    if (scene.objects.empty())
+        scene.hands.at = 0.5 * (walls.min + walls.max);
+    else if (scene.has_hands)
+        scene.hands.at = scene.objects[0].centre;
     if (scene.has_hands) r.object("hands", [&](ObjectReader& in) { read_hands(in, scene); });
     r.object("contact", [&](ObjectReader& in) {
         scene.setup.grid_contact = in.flag("grid", true);
@@ -250,6 +256,13 @@ void apply(const std::string& setting, Json& root)
 }
 
 }  // namespace
+
+void need_objects(const Scene& scene)
+{
+    if (!scene.objects.empty()) return;
+    throw InputError(fmt::format("{}: /objects: expected an array of 1 to {} objects, found {}",
+                                 scene.path, max_objects, described(Json::array())));
+}
 
 double frame_duration(const Scene& s)
 {

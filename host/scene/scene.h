@@ -102,9 +102,14 @@ Scene parse_scene(const std::string& text, const std::string& path,
 // The hands advance by 1 / frame_rate in both cases.
 double frame_duration(const Scene& scene);
 
-// Fills setup.particles, Gaussians, rig and tools from the objects and hands. Precondition: objects
-// of shape `splats` are loaded. Throws InputError for an empty scene, and before allocating if the
-// particles would not fit into `memory` bytes.
+// Throws InputError for a scene without objects, which may be read and built, but not simulated by
+// what needs clay.
+void need_objects(const Scene& scene);
+
+// Fills setup.particles, Gaussians, rig and tools from the objects and hands; none of the first two
+// without objects. Precondition: objects of shape `splats` are loaded. Throws InputError for an
+// object without particles, and MemoryError before allocating if the particles would not fit into
+// `memory` bytes.
 void build(Scene& scene, std::size_t memory);
 
 }  // namespace knead

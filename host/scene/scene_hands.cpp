@@ -19,7 +19,7 @@ Recording hands_of(const Scene& scene)
         names.push_back(g.name);
         if (g.name != hands.recording) continue;
         GestureOptions options;
-        options.radius = extents(scene.objects[0]).x / 2 / hands.zoom;
+        if (!scene.objects.empty()) options.radius = extents(scene.objects[0]).x / 2 / hands.zoom;
         options.topology = hands.topology;
         options.seed = scene.seed;
         return generate(g.name, options);

@@ -6,8 +6,8 @@
 namespace knead {
 
 // Returns the recording of the scene: from a file, or a generated gesture on a ball as wide as the
-// first object. Throws InputError for an unreadable file, and for a name that is neither a file nor
-// a gesture.
+// first object; without objects, of the default width. Throws InputError for an unreadable file,
+// and for a name that is neither a file nor a gesture.
 Recording hands_of(const Scene& scene);
 
 }  // namespace knead

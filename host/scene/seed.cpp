@@ -260,8 +260,6 @@ void build(Scene& scene, std::size_t memory)
     setup.particles.clear(), setup.gaussians.clear(), setup.materials.clear();
     setup.tools.clear();
     setup.rig = {};
-    if (scene.objects.empty())
-        throw InputError(scene.path + ": /objects: expected at least one object, found none");
     check_memory(scene, memory);
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
         if (!scene.objects[i].local()) check_between_walls(scene, i);

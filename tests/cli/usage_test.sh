@@ -42,6 +42,8 @@ refuses 2 '--device: expected auto' run ball.json --device cuda:x
 refuses 2 'expected path.key=value' run ball.json --device cpu --set nothing
 refuses 2 'expected path.key=value' run ball.json --device cpu --set domain..cells=3
 refuses 3 'expected an index below 1' run ball.json --device cpu --set objects.7.diameter=1
+refuses 3 'ball.json: /objects: expected an array of 1 to 256 objects, found an array of 0' \
+    run ball.json --device cpu --set 'objects=[]'
 refuses 3 empty run --resume empty
 for name in sqeeze sqeeze.json scenes/sqeeze.json; do
     for verb in run view vr info; do

@@ -8,6 +8,7 @@
 #include "host/bench/ball.h"
 #include "host/live/live_session.h"
 #include "host/run/run.h"
+#include "host/scene/presets.h"
 #include "host/scene/seed.h"
 #include "tests/live/live_slow.h"
 
@@ -91,6 +92,33 @@ TEST(LiveStepped, GivesTheBitsOfARunFromRecordedAndFromPushedHands)
     ASSERT_TRUE(state->meshes);
     EXPECT_FALSE(state->meshes->empty());
     EXPECT_FALSE(state->stages.empty());
+}
+
+TEST(LiveStepped, ASceneWithoutObjectsLivesAndTakesClay)
+{
+    std::vector<std::string> settings = small;
+    settings.push_back("objects=[]");
+    const auto scene = load_live_scene("scenes/squeeze.json", settings);
+    LiveSession session(scene, stepped(true));
+    session.advance_to(0.2);
+    const auto state = session.state();
+    EXPECT_EQ(state->failure, "");
+    EXPECT_EQ(state->frame.number, 18);
+    EXPECT_TRUE(!state->meshes || state->meshes->empty());
+    EXPECT_TRUE(state->materials.empty());
+    session.set_gravity({0, -1, 0});
+    session.set_material(0, preset("clay"));
+    session.wait_for_commands();
+    EXPECT_EQ(session.state()->refused, 1);
+    EXPECT_NE(session.state()->refusal.find("there is no object 0"), std::string::npos);
+    session.reset();
+    session.advance_to(0.3);
+    EXPECT_EQ(session.state()->failure, "");
+    const Scene other = small_squeeze()->scene;
+    const std::unique_ptr<EditableSimulator> solver = cpu_solver(scene->scene.setup);
+    const int object = solver->add(other.setup.materials.at(0), other.setup.particles);
+    EXPECT_EQ(object, 0);
+    EXPECT_EQ(solver->particles().size(), other.setup.particles.size());
 }
 
 TEST(LiveStepped, AResetBeginsTheSameHistoryAgain)

@@ -9,7 +9,9 @@
 #include "host/assets/splat_object.h"
 #include "host/base/json_reader.h"
 #include "host/hands/motion.h"
+#include "host/scene/foresight.h"
 #include "host/scene/presets.h"
+#include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
 #include "tests/folder.h"
 #include "tests/reason.h"
@@ -180,9 +182,28 @@ TEST_F(SceneFile, NonFiniteNumbersAreRefused)
                 "line 2, column");
 }
 
-TEST_F(SceneFile, AnEmptySceneIsRefused)
+TEST_F(SceneFile, ASceneWithoutObjectsIsBuiltButHasNoClayToRun)
 {
-    EXPECT_SAYS(complaint(R"({"schema": "knead.scene/1", "objects": []})"), "/objects");
+    const std::string empty = R"({"schema": "knead.scene/1", "objects": []})";
+    EXPECT_EQ(complaint(empty), "");
+    Scene s = scene(empty, {"walls.min=[0.1,0.2,0.3]", "walls.max=[0.5,0.8,0.9]"});
+    build(s, std::size_t(1) << 33);
+    EXPECT_TRUE(s.setup.particles.empty() && s.setup.materials.empty() && s.setup.tools.empty());
+    EXPECT_LT(length(s.hands.at + s.origin - Vec3<double>{0.3, 0.5, 0.6}), 1e-15);
+    EXPECT_EQ(reason<InputError>([&] { need_objects(s); }),
+              s.path + ": /objects: expected an array of 1 to 256 objects, found an array of 0");
+    EXPECT_NO_THROW(need_objects(scene(ball)));
+    EXPECT_NO_THROW(check_substeps(s));
+    Scene held = scene(empty, {"hands.recording=squeeze"});
+    EXPECT_LT(length(held.hands.at + held.origin - 63.0 / 128 * Vec3<double>{1, 1, 1}), 1e-15);
+    build(held, std::size_t(1) << 33);
+    EXPECT_EQ(held.setup.tools.size(), 2u);
+    EXPECT_FALSE(hands_of(held).frames.empty());
+    EXPECT_SAYS(complaint(empty, {"objects={}"}), "expected an array of at most 256 objects");
+}
+
+TEST_F(SceneFile, WhatIsNoSceneIsRefused)
+{
     EXPECT_SAYS(complaint(R"({"schema": "knead.scene/1"})"), "/objects");
     EXPECT_SAYS(complaint("{}"), "/schema");
     EXPECT_SAYS(complaint(""), "cannot be read as JSON");

@@ -36,7 +36,6 @@ void check(const Setup& s)
             "the walls need 2 nodes of the lattice beyond each, and room between them");
     require(s.particles.size() < 200000000,
             "at most 2e8 particles, not " + std::to_string(s.particles.size()));
-    require(!s.materials.empty(), "no material");
     for (const Material<double>& m : s.materials)
         require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0,
                 "a material without density, mass, volume or stiffness");
