@@ -59,6 +59,25 @@ Lattice<float> enlarged(const Lattice<float>& fine, Int3 from, Int3 to)
             fine.dx};
 }
 
+// Adds a shift to all positions of a scene.
+void shift(Scene& scene, Vec3<double> by)
+{
+    if (by.x == 0 && by.y == 0 && by.z == 0) return;
+    const auto move = [by](Vec3<double>& x) { x = x + by; };
+    move(scene.setup.walls.min), move(scene.setup.walls.max);
+    for (Object& o : scene.objects) {
+        move(o.centre);
+        if (!o.given) continue;
+        ObjectParticles moved = *o.given;
+        for (Vec3<double>& x : moved.particles) move(x);
+        for (Vec3<double>& x : moved.splats) move(x);
+        move(moved.middle);
+        o.given = std::make_shared<const ObjectParticles>(std::move(moved));
+    }
+    move(scene.hands.at), move(scene.eye), move(scene.target);
+    for (Caption& caption : scene.captions) move(caption.at);
+}
+
 }  // namespace
 
 void read_domain(ObjectReader& r, Scene& scene)
@@ -84,6 +103,7 @@ void read_domain(ObjectReader& r, Scene& scene)
         }
         cells = {n[0], n[1], n[2]};
     }
+    scene.stated_cells = cells;
     scene.setup.lattice = {cells, edge / max(cells.x, max(cells.y, cells.z))};
 }
 
@@ -158,7 +178,7 @@ Json json_of(const WallOptions& walls)
 void move_in(Scene& scene)
 {
     Lattice<double>& lattice = scene.setup.lattice;
-    WallOptions& walls = scene.setup.walls;
+    const WallOptions& walls = scene.setup.walls;
     const double dx = lattice.dx;
     const Int3 was = lattice.size;
     const Laid x = laid(walls.min.x, walls.max.x, dx, was.x),
@@ -170,11 +190,22 @@ void move_in(Scene& scene)
         scene.surface.lattice = enlarged(scene.surface.lattice, was, now);
     }
     scene.origin = {x.first, y.first, z.first};
-    walls.min = walls.min - scene.origin, walls.max = walls.max - scene.origin;
-    for (Object& o : scene.objects) o.centre = o.centre - scene.origin;
-    scene.hands.at = scene.hands.at - scene.origin;
-    scene.eye = scene.eye - scene.origin, scene.target = scene.target - scene.origin;
-    for (Caption& caption : scene.captions) caption.at = caption.at - scene.origin;
+    shift(scene, -scene.origin);
+}
+
+void move_out(Scene& scene)
+{
+    shift(scene, scene.origin);
+    scene.origin = {};
+    scene.setup.lattice.size = scene.stated_cells;
+    scene.surface.lattice = stated_surface(scene);
+}
+
+Lattice<float> stated_surface(const Scene& scene)
+{
+    const Int3 n = scene.stated_cells;
+    const int nodes = scene.surface_nodes > 0 ? scene.surface_nodes : 2 * max(n.x, max(n.y, n.z));
+    return surface_lattice({n, scene.setup.lattice.dx}, nodes);
 }
 
 }  // namespace knead

@@ -29,5 +29,11 @@ std::string cells_setting(const Json& root, int cells);
 // all positions from the scene's frame to the simulation's frame, whose origin is the first node of
 // the lattice. Changes nothing if the low walls already lie on nodes and no nodes are missing.
 void move_in(Scene& scene);
+// The inverse of move_in() for a scene that was read: all positions, those of loaded particles
+// included, in the scene's frame, within rounding; the lattices of the stated domain.
+void move_out(Scene& scene);
+
+// The lattice of the surface by scene.surface_nodes, before move_in() enlarges both.
+Lattice<float> stated_surface(const Scene& scene);
 
 }  // namespace knead

@@ -140,13 +140,10 @@ void read_hands(ObjectReader& r, Scene& scene)
 
 void read_surface(ObjectReader& r, Scene& scene)
 {
-    const Lattice<double>& from = scene.setup.lattice;
-    const int longest = max(from.size.x, max(from.size.y, from.size.z));
-    scene.surface_nodes = r.whole("nodes", 0, 2048, 0);
-    const int nodes = scene.surface_nodes ? scene.surface_nodes : 2 * longest;
-    if (nodes < 8)
+    const int nodes = scene.surface_nodes = r.whole("nodes", 0, 2048, 0);
+    if (nodes > 0 && nodes < 8)
         r.fail("nodes", "0 (twice the domain's cells) or 8 to 2048", std::to_string(nodes));
-    scene.surface.lattice = surface_lattice(from, nodes);
+    scene.surface.lattice = stated_surface(scene);
     scene.surface.iso = float(r.number("iso", {0.01, 0.99, "of the rest density"}, 0.5));
     scene.surface.smoothing = r.choice<Smoothing>(
         "smoothing",

@@ -65,6 +65,7 @@ enum class ClockMode { wall, paper };
 struct Scene {
     std::string name, path;
     Setup setup;            // complete after build(), which adds particles, rig and tools
+    Int3 stated_cells{};    // of the domain; setup.lattice may have more: move_in()
     Vec3<double> origin{};  // of the simulation's frame in that of the file [m]; move_in()
     std::vector<Object> objects;
     HandsOptions hands;

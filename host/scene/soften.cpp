@@ -48,6 +48,16 @@ std::string pascals(double value)
     return fmt::format("{:.3g} {}Pa", value, prefixes[at]);
 }
 
+// The stated material, before softening.
+void take_stated(Object& o)
+{
+    const double volume = o.material.volume;
+    o.material = made(o.stated);
+    o.material.volume = volume, o.material.mass = o.material.density * volume;
+    o.material.category = o.category;
+    o.softer = 1;
+}
+
 std::string share(double strain) { return fmt::format("{:.2g} %", 100 * strain); }
 
 }  // namespace
@@ -74,6 +84,7 @@ Material<double> softer(Material<double> m, double times)
 
 void soften(Scene& scene)
 {
+    for (Object& o : scene.objects) take_stated(o);
     if (scene.soften_beyond == 0) return;
     if (scene.setup.step.fixed > 0)
         throw InputError(scene.path +

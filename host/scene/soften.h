@@ -18,8 +18,9 @@ Material<double> softer(Material<double> given, double times);
 // Young's modulus; of a liquid the bulk modulus [Pa].
 double elastic_modulus(const Material<double>& material);
 
-// Softens the scene's objects and stores the factors in them. Throws InputError if the length of a
-// substep is given, and if a yield stress would reach or exceed the softened stiffness.
+// Sets the scene's materials from those that are stated, softens them, and stores the factors in
+// the objects; may be repeated. Throws InputError if the length of a substep is given, and if a
+// yield stress would reach or exceed the softened stiffness.
 void soften(Scene& scene);
 
 // Message for users: the softened values of an object beside the given ones, and the consequences.

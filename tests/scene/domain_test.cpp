@@ -1,10 +1,13 @@
 // Walls in metres: whatever the lattice, floor and objects stand where the scene says.
+#include "host/scene/domain.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "cuda/math/box.h"
 #include "host/base/errors.h"
@@ -331,6 +334,69 @@ TEST_F(Domain, ComplaintsSpeakOfThePlacesInTheFile)
     for (const char* cells : {"domain.cells=16", "domain.cells=64"})
         EXPECT_SAYS(complaint({cells, "objects.0.centre=[0.5,0.2,0.5]"}),
                     "y from 0.046875 to 0.9375 m, found y from 0 to 0.4 m");
+}
+
+void expect_near(const Scene& a, const Scene& b)
+{
+    constexpr double rounding = 1e-15;
+    EXPECT_TRUE(a.setup.lattice.size == b.setup.lattice.size);
+    EXPECT_EQ(a.setup.lattice.dx, b.setup.lattice.dx);
+    EXPECT_TRUE(a.surface.lattice.size == b.surface.lattice.size);
+    EXPECT_EQ(a.surface.lattice.dx, b.surface.lattice.dx);
+    EXPECT_LT(apart(a.origin, b.origin), rounding);
+    EXPECT_LT(apart(a.setup.walls.min, b.setup.walls.min), rounding);
+    EXPECT_LT(apart(a.setup.walls.max, b.setup.walls.max), rounding);
+    EXPECT_LT(apart(a.hands.at, b.hands.at), rounding);
+    EXPECT_LT(apart(a.eye, b.eye), rounding);
+    EXPECT_LT(apart(a.target, b.target), rounding);
+    ASSERT_EQ(a.captions.size(), b.captions.size());
+    for (std::size_t i = 0; i < a.captions.size(); ++i)
+        EXPECT_LT(apart(a.captions[i].at, b.captions[i].at), rounding);
+    ASSERT_EQ(a.objects.size(), b.objects.size());
+    for (std::size_t i = 0; i < a.objects.size(); ++i)
+        EXPECT_LT(apart(a.objects[i].centre, b.objects[i].centre), rounding);
+}
+
+TEST_F(Domain, AMoveOutAndInGivesTheSameScene)
+{
+    for (const char* cells : {"64", "48", "[64,32,48]", "40", "128"})
+        for (const char* low : {"[0,0,0]", "[0.01,0.02,0.03]", "[0.0625,0.0625,0.0625]"})
+            for (const char* nodes : {"0", "96"}) {
+                const Scene s = scene({std::string("domain.cells=") + cells,
+                                       std::string("walls.min=") + low, "walls.max=[0.9,0.45,0.6]",
+                                       "pictures.captions=[{\"text\":\"a\",\"at\":[1,2,3]}]",
+                                       std::string("surface.nodes=") + nodes});
+                Scene moved = s;
+                move_out(moved);
+                EXPECT_EQ(length(moved.origin), 0);
+                EXPECT_TRUE(moved.setup.lattice.size == s.stated_cells);
+                EXPECT_LT(apart(moved.objects[0].centre, {0.5, 0.25, 0.5}), 1e-15);
+                EXPECT_LT(apart(moved.eye, {1, 2, 3}), 1e-15);
+                EXPECT_LT(apart(moved.setup.walls.max, {0.9, 0.45, 0.6}), 1e-15);
+                EXPECT_EQ(moved.surface.lattice.size.x, *nodes == '0' ? 2 * s.stated_cells.x : 96);
+                Scene again = moved;
+                move_in(again);
+                expect_near(again, s);
+                for (int i = 0; i < 100; ++i) move_out(again), move_in(again);
+                expect_near(again, s);
+            }
+}
+
+// Other walls between nodes: as if the scene had been read with them.
+TEST_F(Domain, AMovedOutSceneTakesOtherWalls)
+{
+    Scene s = scene({"walls.min=[0.01,0.02,0.03]"});
+    move_out(s);
+    const auto read = [&](ObjectReader& r) {
+        s.setup.walls = read_walls(r, s.setup.walls, s.setup.lattice);
+    };
+    ObjectReader::read(parse_json(R"({"min": [0.3, 0.0, 0.05], "friction": 0.1})", "line 3"),
+                       "line 3", "/set_walls", read);
+    move_in(s);
+    const Scene wanted = scene({"walls.min=[0.3,0.0,0.05]", "walls.friction=0.1"});
+    expect_near(s, wanted);
+    EXPECT_EQ(s.setup.walls.friction, 0.1);
+    EXPECT_GT(length(s.origin), 0);
 }
 
 // The clay's spin is about the origin of the file's frame, too.

@@ -168,6 +168,39 @@ TEST(Soften, AMaterialThatALiveSessionIsGivenIsSoftenedLikewise)
 }
 
 // It comes to rest up to a cell above the floor, whose nodes it feels as far as they weigh (1).
+TEST(Soften, ItMayBeRepeatedFromTheStatedMaterial)
+{
+    const Scene once = block(stone, 0, {"step.soften_beyond=20", "objects.0.category=3"});
+    ASSERT_GT(once.objects[0].softer, 1);
+    const auto same = [](const Object& a, const Object& b) {
+        const Material<double>&m = a.material, &n = b.material;
+        return a.softer == b.softer && m.mu == n.mu && m.lambda == n.lambda && m.bulk == n.bulk &&
+               m.cohesion == n.cohesion && m.yield == n.yield && m.density == n.density &&
+               m.volume == n.volume && m.mass == n.mass && m.category == n.category;
+    };
+    Scene again = once;
+    soften(again), soften(again);
+    EXPECT_TRUE(same(again.objects[0], once.objects[0]));
+    Scene built = once;
+    build(built, std::size_t(1) << 30);
+    again = built;
+    soften(again);
+    EXPECT_TRUE(same(again.objects[0], built.objects[0]));
+    EXPECT_GT(again.objects[0].material.mass, 0);
+    // Another limit, and none.
+    again.soften_beyond = 40;
+    soften(again);
+    EXPECT_TRUE(same(again.objects[0], [&] {
+        Scene other = block(stone, 0, {"step.soften_beyond=40", "objects.0.category=3"});
+        build(other, std::size_t(1) << 30);
+        return other.objects[0];
+    }()));
+    again.soften_beyond = 0;
+    soften(again);
+    EXPECT_EQ(again.objects[0].softer, 1);
+    EXPECT_EQ(again.objects[0].material.mu, made(again.objects[0].stated).mu);
+}
+
 TEST(Soften, AStiffBlockFallsRestsAndIsPressedByAToolInFewSubstepsWithoutAGuard)
 {
     constexpr int requested = 40;
