@@ -169,6 +169,8 @@ FrameCost frame_cost(const Scene& scene, Device device, std::size_t gaussians)
 
 std::string cost_text(const FrameCost& cost)
 {
+    if (cost.known && cost.still && cost.per_thousand == 0)
+        return "what a frame takes depends on the clay that is added";
     if (!cost.known && cost.still) return "what a frame takes depends on the hands";
     if (!cost.known)
         return "the time of a frame on this machine is unknown: its speed changed during the "

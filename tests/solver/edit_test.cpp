@@ -297,6 +297,24 @@ TEST_P(Edit, AllClayMayGoAndComeBack)
     play(*solver, 1, 2);
 }
 
+TEST_P(Edit, ASetupWithoutMaterialsTakesClay)
+{
+    Scene empty = two_balls();
+    const Scene full = empty;
+    empty.particles.clear(), empty.materials.clear();
+    const auto solver = make(empty);
+    play(*solver, 0, 2);
+    EXPECT_TRUE(solver->particles().empty());
+    for (int object = 0; object < int(full.materials.size()); ++object) {
+        Particles clay;
+        for (const Particle<double>& q : full.particles)
+            if (q.object == object) clay.push_back(q);
+        EXPECT_EQ(solver->add(full.materials[std::size_t(object)], clay), object);
+    }
+    play(*solver, 2, 3);
+    EXPECT_EQ(solver->particles().size(), full.particles.size());
+}
+
 // What is touched wakes up; what is far sleeps on.
 TEST_P(Edit, OnlyWhatAnEditTouchesWakes)
 {
