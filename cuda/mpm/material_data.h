@@ -44,7 +44,9 @@ struct Material {
     R viscosity;          // fluid: [Pa s]; Herschel-Bulkley: consistency [Pa s^exponent]
     R exponent;           // Herschel-Bulkley: flow index [1]; fluid: of the pressure law [1]
     R mass, volume;       // of one particle at rest [kg] [m^3]
-    int category;         // surfaces are made per category
+    int category;         // surfaces are made per category; no stage reads it
+
+    bool operator==(const Material&) const = default;
 };
 
 template <class To, class From>

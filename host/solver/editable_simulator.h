@@ -82,7 +82,9 @@ class EditableSimulator : public Simulator {
     virtual std::vector<int> add_each(const Material<double>& material, Clays clays) = 0;
     void remove(int object) { remove_each({&object, 1}); }
     virtual void remove_each(std::span<const int> objects) = 0;
-    // The particles keep their volume; their mass is volume times the new density.
+    // The particles keep their volume; their mass is volume times the new density. The object
+    // belongs to material.category from now on. If nothing but the category changes, no particle is
+    // accessed, sleeping clay sleeps on, and the next frame has the same bits.
     virtual void set_material(int object, const Material<double>& material) = 0;
     virtual void move(int object, const RigidMotion<double>& motion) = 0;
     virtual void set_gravity(Vec3<double> gravity) = 0;  // [m/s^2]

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "cuda/mpm/material.h"
 #include "host/base/parallel.h"
@@ -66,6 +67,13 @@ void check_material(const Material<double>& m)
             "a material needs a density, a mass, a volume and a stiffness above 0");
     if (const auto fault = fault_of(stated(m))) throw std::invalid_argument(fault->text());
     check_materials({m});
+}
+
+// A material with particles of another volume.
+Material<double> of_volume(Material<double> m, double volume)
+{
+    m.volume = volume, m.mass = m.density * volume;
+    return m;
 }
 
 }  // namespace
@@ -189,12 +197,19 @@ void SceneState::remove_each(std::span<const int> objects)
     }
 }
 
+bool SceneState::changes_category_only(int object, const Material<double>& material) const
+{
+    if (!known(object)) return false;
+    const Material<double>& old = now.materials[std::size_t(object)];
+    Material<double> next = of_volume(material, old.volume);
+    return std::exchange(next.category, old.category) != old.category && next == old;
+}
+
 Plasticity SceneState::set_material(int object, const Material<double>& material)
 {
     check_object(object);
     Material<double>& old = now.materials[std::size_t(object)];
-    Material<double> next = material;
-    next.volume = old.volume, next.mass = next.density * next.volume;
+    const Material<double> next = of_volume(material, old.volume);
     check_material(next);
     const Plasticity law = old.plasticity;
     old = next;

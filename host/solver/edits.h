@@ -34,6 +34,8 @@ class SceneState {
     // Throws std::invalid_argument for invalid edits. Strong guarantee.
     std::vector<int> add_each(const Material<double>& material, Clays clays);
     void remove_each(std::span<const int> objects);
+    // Whether set_material() would change the object's category and nothing else.
+    bool changes_category_only(int object, const Material<double>& material) const;
     // Returns the object's previous plasticity law.
     Plasticity set_material(int object, const Material<double>& material);
     void set_gravity(Vec3<double> gravity);

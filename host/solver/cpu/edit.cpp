@@ -211,6 +211,12 @@ void CpuSolver<R>::remove_each(std::span<const int> objects)
 template <class R>
 void CpuSolver<R>::set_material(int object, const Material<double>& material)
 {
+    if (book.changes_category_only(object, material)) {
+        book.set_material(object, material);
+        materials[std::size_t(object)].category = material.category;
+        ++changes;
+        return;
+    }
     edit_by_id([&] {
         const Plasticity law = book.set_material(object, material);
         edit(object, [&](Particle<double>& p) { change_law(p, law, material.plasticity); });

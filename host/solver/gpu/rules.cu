@@ -105,6 +105,12 @@ void Store::set_rules(const SceneState& rules)
     point();
 }
 
+void Store::set_category(int object, int category)
+{
+    gpu::upload(&materials.data()[object].category, &category, 1);
+    if (object == 0) all.materials.first.category = category;
+}
+
 void Store::set_tools(const SceneState& rules)
 {
     const SimulationConfig& config = rules.config();

@@ -2,6 +2,7 @@
 // graphs are captured again on the next submit().
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "host/solver/gpu/solver.cuh"
 #include "host/solver/pieces.h"
@@ -99,7 +100,15 @@ void GpuSolver::set_material(int object, const Material<double>& material)
 {
     check_idle();
     SceneState next = *book;
+    const bool category_only = next.changes_category_only(object, material);
     const Plasticity law = next.set_material(object, material);
+    if (category_only) {
+        auto made = std::make_shared<const SceneState>(std::move(next));
+        store.set_category(object, material.category);
+        book = std::move(made);
+        ++changes;
+        return;
+    }
     wake(object);
     change_law(store.views().particles[side], object, law, material.plasticity, main);
     wait(main, "set material");

@@ -86,6 +86,8 @@ class Store {
     // materials, gravity and walls; set_tools() the tools.
     void set_rules(const SceneState& rules);
     void set_tools(const SceneState& rules);
+    // Captured graphs remain valid: no kernel reads the category.
+    void set_category(int object, int category);
     // Enlarges the stored box to the stencils of particles in `clay`.
     void hold(const Box3<float>& clay);
     void set_box(const Lattice<float>& box);
