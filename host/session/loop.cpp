@@ -35,6 +35,7 @@ SessionLoop::SessionLoop(Simulator& of, MotionSource source, SessionLoopOptions 
       completed(options.frames_before)
 {
     last_result.number = options.frames_before;
+    last_materials = materials(), last_version = solver.version();
     set_stop_check();
 }
 
@@ -104,7 +105,7 @@ void SessionLoop::apply_cut(FrameResult& f)
 bool SessionLoop::begin()
 {
     if (!may_begin()) return false;
-    if (submitted == completed) make_edits();
+    if (submitted == completed) make_edits(), follow_materials();
     const double start = wall_seconds();
     FrameResult& f = in_flight[submitted % 2];
     f = {};
@@ -148,6 +149,7 @@ bool SessionLoop::collect()
     ++completed;
     moved += last_result.stats[Count::moved], moved_on_device += last_result.stats[Count::moved];
     state.reset();
+    last_version = solver.version();
     return true;
 }
 
@@ -163,7 +165,6 @@ void SessionLoop::make_edits()
     if (edits.empty()) return;
     if (submitted > completed) throw std::logic_error("edit while a frame is in flight");
     for (const Edit& edit : std::exchange(edits, {})) edit(editable());
-    options.materials = editable().config().materials;  // edits may have added some
     discard_surfaces();
 }
 
@@ -196,8 +197,27 @@ void SessionLoop::rehearse(const std::vector<Motion>& frames, double duration,
 void SessionLoop::clay_edited()
 {
     if (submitted > completed) throw std::logic_error("clay was edited while a frame is in flight");
-    options.materials = editable().config().materials;
+    editable();
     discard_surfaces();
+}
+
+const std::vector<Material<double>>& SessionLoop::materials() const
+{
+    const EditableSimulator* const edited = std::as_const(solver).editable();
+    return edited ? edited->config().materials : options.materials;
+}
+
+// Whether an edit has added or removed clay or changed its materials since the last surface. A
+// frame changes the version, too; collect() takes note of it.
+bool SessionLoop::materials_changed() const
+{
+    return solver.version() != last_version && materials() != last_materials;
+}
+
+void SessionLoop::follow_materials()
+{
+    if (materials_changed()) discard_surfaces();
+    last_version = solver.version();
 }
 
 void SessionLoop::set_surface(const SurfaceOptions& surface)
@@ -214,6 +234,7 @@ SharedParticles SessionLoop::particles()
 {
     if (submitted > completed)
         throw std::logic_error("the state was requested while a frame is in flight");
+    follow_materials();
     if (!state) state = std::make_shared<const std::vector<Particle<double>>>(solver.particles());
     return state;
 }
@@ -233,17 +254,18 @@ void SessionLoop::make_device_surface()
 {
     surface_frame = -1;
     if (particles()->empty()) return;
-    on_device = std::make_unique<GpuSurface>(*particles(), options.materials, options.surface);
+    on_device = std::make_unique<GpuSurface>(*particles(), last_materials, options.surface);
 }
 
 // Discards the surfaces of the edited clay. Reuses device memory where possible: allocating and
 // freeing so much would stall all drawing.
 void SessionLoop::discard_surfaces()
 {
+    last_materials = materials(), last_version = solver.version();
     state.reset(), last_meshes.reset(), last_on_device.reset();
     surface_frame = -1;
     past = {};
-    if (on_device && !on_device->set_materials(options.materials)) on_device.reset();
+    if (on_device && !on_device->set_materials(last_materials)) on_device.reset();
     if (on_device) on_device->reset_advance();
     if (queues_surfaces && !on_device) make_device_surface();
 }
@@ -252,6 +274,7 @@ std::shared_ptr<const DeviceMesh> SessionLoop::device_mesh()
 {
     if (submitted > completed)
         throw std::logic_error("a surface was requested while a frame is in flight");
+    follow_materials();
     const gpu::Clay* clay = solver.clay();
     if (!clay || (last_on_device && moved_on_device == 0)) return last_on_device;
     const double start = wall_seconds();
@@ -268,6 +291,7 @@ Meshes SessionLoop::meshes()
 {
     if (submitted > completed)
         throw std::logic_error("a surface was requested while a frame is in flight");
+    follow_materials();
     if (meshes_current()) return last_meshes;
     const double start = wall_seconds();
     std::vector<Mesh> made;
@@ -275,7 +299,7 @@ Meshes SessionLoop::meshes()
         if (!on_device) make_device_surface();
         if (on_device) made = on_device->surface(*clay);
     } else {
-        made = surface(*particles(), options.materials, options.surface, nullptr, &past);
+        made = surface(*particles(), last_materials, options.surface, nullptr, &past);
     }
     last_meshes = std::make_shared<const std::vector<Mesh>>(std::move(made));
     moved = 0;

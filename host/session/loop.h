@@ -36,7 +36,8 @@ struct SessionLoopOptions {
     // Called between substeps with the progress of frame `number`.
     std::function<void(int number, const FrameProgress&)> on_progress;
 
-    std::vector<Material<double>> materials;  // for the surface
+    // Of a simulator that is not editable, for the surface. Others have their own.
+    std::vector<Material<double>> materials;
     SurfaceOptions surface{};
 };
 // Frame duration, frame rate, materials and surface options of the scene.
@@ -101,10 +102,12 @@ class SessionLoop {
     void rehearse(const std::vector<Motion>& frames, double duration,
                   const std::function<void()>& meanwhile);
 
-    // Must be called by an observer that has added or removed clay. Throws std::logic_error while a
-    // frame is in flight.
+    // Must be called by an observer that has moved clay by an edit. Other edits that change
+    // surfaces also change materials(), which is noticed without it. Throws std::logic_error while
+    // a frame is in flight.
     void clay_edited();
-    const std::vector<Material<double>>& materials() const { return options.materials; }
+    // Of the simulator as edited so far.
+    const std::vector<Material<double>>& materials() const;
     // Options of all further surfaces. Throws std::logic_error while a frame is in flight.
     void set_surface(const SurfaceOptions& surface);
     const SurfaceOptions& surface_options() const { return options.surface; }
@@ -135,7 +138,7 @@ class SessionLoop {
     // The surface on the device; null if the solver runs on the CPU or there is no clay.
     std::shared_ptr<const DeviceMesh> device_mesh();
     // Whether meshes() returns the last surface without computing one.
-    bool meshes_current() const { return last_meshes && moved == 0; }
+    bool meshes_current() const { return last_meshes && moved == 0 && !materials_changed(); }
     const GpuSurface* device_surface() const { return on_device.get(); }  // null: none was made
 
   private:
@@ -151,6 +154,8 @@ class SessionLoop {
     void make_device_surface();
     void launch_surface(int frame);
     void discard_surfaces();
+    bool materials_changed() const;
+    void follow_materials();
 
     Simulator& solver;
     MotionSource motion;
@@ -173,6 +178,8 @@ class SessionLoop {
     SurfaceHistory past;    // of surfaces computed on the host
     std::shared_ptr<const DeviceMesh> last_on_device;
     long moved = 0, moved_on_device = 0;  // particle-substeps since the surface was computed
+    std::vector<Material<double>> last_materials;  // of all surfaces above and below
+    long last_version = 0;  // of the solver, when they were compared with its materials
     std::unique_ptr<GpuSurface> on_device;
 };
 

@@ -36,8 +36,10 @@ class GpuSurface {
                SurfaceRoom room = {}, int device = -1);
     ~GpuSurface();
 
-    // Updates the materials after an edit. Returns false, with no effect, if a new GpuSurface is
-    // required: for a new category, or for particles larger than the largest before.
+    // Updates the materials after an edit. Categories without clay have no mesh from now on.
+    // Returns false, with no effect, if a new GpuSurface is required: for a new category, for
+    // particles larger than the largest before, or if a category has lost its largest and those
+    // left need another scale.
     bool set_materials(const std::vector<Material<double>>& materials);
 
     // Enqueues all stages on the stream that moves the clay; does not block. A surface that exceeds

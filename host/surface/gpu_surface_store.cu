@@ -47,6 +47,12 @@ float SurfaceStore::volume(const Material<double>& material) const
     return v > 0 && std::isfinite(v / cell()) ? v : 0.0f;
 }
 
+// Scale of a category whose largest particle has this volume at rest [m^3].
+CategoryScale SurfaceStore::scale_of(float largest) const
+{
+    return {quantum_of(largest / cell()), smoothing_passes(largest, options.lattice.dx)};
+}
+
 // Collects the categories, ascending.
 void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
                             const std::vector<Material<double>>& materials)
@@ -61,8 +67,7 @@ void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
         kind.amount += double(v / cell());
     }
     for (const auto& [category, kind] : kinds) {
-        each_scale.push_back(
-            {quantum_of(kind.volume / cell()), smoothing_passes(kind.volume, options.lattice.dx)});
+        each_scale.push_back(scale_of(kind.volume));
         amount += kind.amount;
     }
     if (kinds.empty()) each_scale.push_back({1, 0});  // a launch needs at least one layer
@@ -76,11 +81,20 @@ void SurfaceStore::sort_out(const std::vector<Particle<double>>& particles,
     set_materials(materials);
 }
 
+// A category may have lost its clay; its layer is then empty. One that has lost its largest
+// particles may have another scale.
 bool SurfaceStore::serves(const std::vector<Material<double>>& materials) const
 {
-    return std::all_of(materials.begin(), materials.end(), [this](const Material<double>& m) {
-        const auto found = kinds.find(m.category);
-        return volume(m) == 0 || (found != kinds.end() && volume(m) <= found->second.volume);
+    std::map<int, float> largest;  // by category
+    for (const Material<double>& m : materials)
+        if (const float v = volume(m); v > 0)
+            largest[m.category] = std::max(largest[m.category], v);
+    return std::all_of(largest.begin(), largest.end(), [this](const auto& wanted) {
+        const auto found = kinds.find(wanted.first);
+        if (found == kinds.end() || wanted.second > found->second.volume) return false;
+        const auto index = std::size_t(std::distance(kinds.begin(), found));
+        const CategoryScale scale = scale_of(wanted.second), has = each_scale[index];
+        return scale.quantum == has.quantum && scale.smoothing_passes == has.smoothing_passes;
     });
 }
 

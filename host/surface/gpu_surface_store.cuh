@@ -23,8 +23,8 @@ class SurfaceStore {
                  const std::vector<Material<double>>& materials, const SurfaceOptions& given,
                  SurfaceRoom room);
 
-    // serves(): true if the allocated layers suffice for these materials. set_materials() sets the
-    // contribution of each material.
+    // serves(): whether each category of these materials has a layer, with the scale that a new
+    // store would give it. set_materials() sets the contribution of each material.
     bool serves(const std::vector<Material<double>>& materials) const;
     void set_materials(const std::vector<Material<double>>& materials);
     // Reallocates the mesh buffers; pointers change.
@@ -50,6 +50,7 @@ class SurfaceStore {
                   const std::vector<Material<double>>& materials);
     float cell() const;  // [m^3]
     float volume(const Material<double>& material) const;
+    CategoryScale scale_of(float largest) const;
     void allocate();
 
     double amount = 0;  // of all clay [nodes full]

@@ -232,6 +232,44 @@ TEST_F(GpuSurfaces, OfOtherMaterialsIsTheSameAsANewOne)
         same_bits(used.surface(second), GpuSurface(second, edited, rule_of(48)).surface(second)));
 }
 
+// Categories change, back and forth, in the memory of the first.
+TEST_F(GpuSurfaces, OfOtherCategoriesIsTheSameAsANewOne)
+{
+    const double h = 1.0 / 48;
+    Particles particles = filled(h, 1, 0, ball({0.35, 0.5, 0.5}, 0.2));
+    const auto add = [&](double spacing, int object, Vec3<double> centre) {
+        const auto more = filled(spacing, 2, object, ball(centre, 0.2));
+        particles.insert(particles.end(), more.begin(), more.end());
+    };
+    add(h, 1, {0.65, 0.5, 0.5});
+    const auto expect_same = [&](GpuSurface& used, const std::vector<Material<double>>& materials) {
+        GpuSurface fresh(particles, materials, rule_of(48));
+        const std::vector<Mesh> wanted = fresh.surface(particles);
+        EXPECT_TRUE(same_bits(used.surface(particles), wanted));
+        EXPECT_TRUE(same_bits(used.kept(particles)->meshes(), wanted));
+        return wanted.size();
+    };
+    GpuSurface used(particles, {clay(h, 5), clay(h, -3)}, rule_of(48));
+    for (const auto& [first, second] : {std::pair{5, -3}, {5, 5}, {-3, -3}, {-3, 5}, {5, -3}}) {
+        const std::vector<Material<double>> materials{clay(h, first), clay(h, second)};
+        ASSERT_TRUE(used.set_materials(materials));
+        EXPECT_EQ(expect_same(used, materials), first == second ? 1u : 2u);
+    }
+    // A category that its largest particles leave is softened less.
+    add(2 * h, 2, {0.5, 0.7, 0.5}), add(2 * h, 3, {0.5, 0.3, 0.5});
+    const std::vector<Material<double>> coarse{clay(h, 5), clay(h, -3), clay(2 * h, 5),
+                                               clay(2 * h, -3)};
+    GpuSurface mixed(particles, coarse, rule_of(48));
+    EXPECT_EQ(expect_same(mixed, coarse), 2u);
+    std::vector<Material<double>> moved = coarse;
+    moved[2].category = -3;
+    EXPECT_FALSE(mixed.set_materials(moved));
+    EXPECT_EQ(expect_same(mixed, coarse), 2u);
+    moved[0].category = -3, moved[1].category = 5, moved[2].category = 5;
+    EXPECT_TRUE(mixed.set_materials(moved)) << "both have some of the largest";
+    EXPECT_EQ(expect_same(mixed, moved), 2u);
+}
+
 TEST_F(GpuSurfaces, MeasuringLeavesTheSurfaceAsItWas)
 {
     const double h = 1.0 / 48;
