@@ -19,8 +19,10 @@ extern const char* const limit_names[int(Limit::count)];
 
 struct FrameStats {
     Counts<long> counts{};
+    // 0: nothing was simulated. On a GPU so are frames without clay, and frames cut at their start;
+    // on the CPU a frame has at least one.
     int substeps = 0;
-    double dt_min = 0, dt_max = 0;        // [s]
+    double dt_min = 0, dt_max = 0;        // [s]; 0 without substeps
     double found_depth = 0;               // largest penetration before projection [m]
     long active_blocks = 0;               // in the last substep
     long limits[int(Limit::count)] = {};  // substeps limited by each criterion

@@ -92,8 +92,8 @@ class Simulator {
     virtual EditableSimulator* editable() { return nullptr; }
     const EditableSimulator* editable() const { return const_cast<Simulator*>(this)->editable(); }
 
-    // Version of the state; incremented by each frame, edit and restore. Equal versions: nothing to
-    // redraw.
+    // Version of the state; incremented by each frame with substeps, edit and restore. Equal
+    // versions: nothing to redraw.
     virtual long version() const { return 0; }
     virtual std::size_t particle_count() const { return particles().size(); }
     // The particles in unspecified order (deterministic for equal runs).
