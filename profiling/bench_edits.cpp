@@ -4,6 +4,10 @@
 // allocates, apart.
 //
 //   bench_edits [nodes] [rounds]      milliseconds, and a hash of where the clay is in the end
+//
+//   bench_edits commands [rounds]     the same edits as commands of a document, by turns with the
+//                                     simulator's edit alone: scenes/squeeze.json, from the top of
+//                                     the tree
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +15,10 @@
 #include <cstdlib>
 #include <functional>
 
+#include "host/base/machine.h"
 #include "host/bench/ball.h"
+#include "host/scene/presets.h"
+#include "host/session/scene_editor.h"
 #include "host/solver/audit.h"
 #include "host/solver/editable_simulator.h"
 
@@ -53,10 +60,98 @@ std::vector<Particle<double>> lump(std::size_t count, double dx)
     return out;
 }
 
+// A command and the simulator's edit that it stands for. Both are made once a round, each before a
+// frame of its own.
+struct Pair {
+    const char* name;
+    std::function<void(int round)> edit;
+    std::function<Command(int round)> command;
+};
+
+int commands(int rounds)
+{
+    Scene scene = read_scene("scenes/squeeze.json");
+    build(scene, available_memory());
+    const auto solver = gpu_present() ? gpu_solver(scene.setup, 0) : cpu_solver(scene.setup);
+    SceneSplats splats(scene, {});
+    SessionLoop loop(
+        *solver, [](double, double) { return no_motion(); }, loop_options(scene));
+    IdSource ids;
+    SceneEditor editor({scene, splats, loop, solver.get(), [](const HandsOptions&) {}, {}},
+                       std::make_shared<const Document>(document_of(scene)), ids);
+    const ObjectId ball{1};
+    const Vec3<double> centre = editor.document()->objects.at(0)->pose.p;
+    const auto moved = [](int round) { return Vec3<double>{round % 2 ? 1e-4 : 0.0, 0, 0}; };
+    const auto gravity = [](int round) { return Vec3<double>{0, -9.81 - 1e-3 * (round % 7), 0}; };
+    const auto clay = [](int round) {
+        MaterialSpec spec = material_spec("clay");
+        spec.young = 1e6 + round % 7;
+        return spec;
+    };
+    SceneObject lump;
+    lump.name = "lump", lump.material = material_spec("clay");
+    lump.pose.p = {0.8, 0.8, 0.8}, lump.source.size = {0.21, 0.21, 0.21};
+    PreparedObject ready = prepared(scene, scene.setup.walls, lump);
+    leave_room(ready, solver->places(surroundings(ready)));
+    int number = -1;
+    const Pair pairs[] = {
+        {"set_gravity", [&](int k) { solver->set_gravity(gravity(k)); },
+         [&](int k) { return SetGravity{gravity(k + 1)}; }},
+        {"set_material",
+         [&](int k) {
+             Material<double> m = made(clay(k));
+             m.category = solver->config().materials[0].category;
+             solver->set_material(0, m);
+         },
+         [&](int k) {
+             return SetMaterial{ball, clay(k + 1)};
+         }},
+        {"place_object",
+         [&](int k) {
+             solver->move(0, {{1, 0, 0, 0}, (k % 2 ? 1.0 : -1.0) * Vec3<double>{1e-4, 0, 0}});
+         },
+         [&](int k) {
+             return PlaceObject{ball, centre + moved(k), {}};
+         }},
+        {"add_object", [&](int) { number = solver->add(ready.material, ready.particles); },
+         [&](int) { return AddObject{lump}; }},
+        {"remove_objects", [&](int) { solver->remove(number); },
+         [&](int) { return RemoveObjects{{ObjectRef("lump")}}; }},
+    };
+    fmt::print("{}, {} particles, {} in the lump\n", solver->name(), scene.setup.particles.size(),
+               ready.particles.size());
+    fmt::print("{:16} {:>10} {:>10} {:>12}\n", "command", "edit ms", "command ms", "more ms");
+    std::vector<std::vector<double>> edits(std::size(pairs)), by_command(std::size(pairs));
+    for (int round = 0; round <= rounds; ++round)
+        for (const bool as_command : {false, true})
+            for (std::size_t p = 0; p < std::size(pairs); ++p) {
+                loop.step();
+                loop.particles();
+                double took = 0;
+                if (as_command) {
+                    const Command command = pairs[p].command(round);
+                    PreparedObject clay = ready;
+                    took = milliseconds([&] {
+                        const auto refused = editor.apply(command, &clay).refusal;
+                        if (refused) throw std::runtime_error(refused->text());
+                    });
+                } else {
+                    took = milliseconds([&] { pairs[p].edit(round); });
+                }
+                if (round > 0) (as_command ? by_command : edits)[p].push_back(took);
+            }
+    for (std::size_t p = 0; p < std::size(pairs); ++p)
+        fmt::print("{:16} {:10.3f} {:10.3f} {:12.3f}\n", pairs[p].name, median(edits[p]),
+                   median(by_command[p]), median(by_command[p]) - median(edits[p]));
+    return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
 {
+    if (argc > 1 && std::string(argv[1]) == "commands")
+        return commands(std::max(argc > 2 ? std::atoi(argv[2]) : 50, 2));
     const int nodes = argc > 1 ? std::atoi(argv[1]) : 64;
     const int rounds = std::max(argc > 2 ? std::atoi(argv[2]) : 50, 2);
     Setup scene = ball(nodes);

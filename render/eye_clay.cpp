@@ -62,15 +62,18 @@ void SharedClay::draw(std::size_t part) const
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, 0);
 }
 
-void EyeClay::set(const std::vector<Mesh>& meshes, const std::vector<int>& unseen)
+void EyeClay::set(const std::vector<Mesh>& meshes, const std::vector<int>& unseen,
+                  const std::vector<int>& hidden)
 {
     Geometry all{};
     std::vector<Part> parts;
     for (const Mesh& mesh : meshes) {
+        if (among(hidden, mesh.category)) continue;
         const int first = int(all.triangles.size());
         add_clay(all, mesh);
         parts.push_back({mesh.category,
                          !among(unseen, mesh.category),
+                         true,
                          {first, int(all.triangles.size()) - first}});
     }
     about_ = around(all, {0, 0, 0}, farthest_);
@@ -78,15 +81,19 @@ void EyeClay::set(const std::vector<Mesh>& meshes, const std::vector<int>& unsee
     parts_ = std::move(parts), on_device_ = false;
 }
 
-void EyeClay::set(const DeviceMesh& mesh, const std::vector<int>& unseen)
+// A part is drawn by its index, so that hidden ones stay in the list.
+void EyeClay::set(const DeviceMesh& mesh, const std::vector<int>& unseen,
+                  const std::vector<int>& hidden)
 {
     std::vector<Part> parts;
     about_ = around(Geometry{}, {0, 0, 0}, farthest_);
     if (!mesh.empty()) {
         shared_.take(mesh);
         about_ = around(mesh.box(), {0, 0, 0}, farthest_);
-        for (const int category : mesh.categories())
-            parts.push_back({category, !among(unseen, category), {}});
+        for (const int category : mesh.categories()) {
+            const bool drawn = !among(hidden, category);
+            parts.push_back({category, drawn && !among(unseen, category), drawn, {}});
+        }
     }
     parts_ = std::move(parts), on_device_ = true;
 }

@@ -41,15 +41,17 @@ class EyeClay {
   public:
     struct Part {
         int category;
-        bool seen;    // false: it only casts a shadow
-        Range range;  // of the uploaded triangles
+        bool seen, casts;  // in the picture; a shadow
+        Range range;       // of the uploaded triangles
     };
     // about() ignores clay farther than `farthest` [m] from the origin. Clay of the categories
-    // `unseen` only casts a shadow.
+    // `unseen` only casts a shadow, that of the categories `hidden` does not even that.
     explicit EyeClay(float farthest) : farthest_(farthest) {}
 
-    void set(const std::vector<Mesh>& meshes, const std::vector<int>& unseen);
-    void set(const DeviceMesh& mesh, const std::vector<int>& unseen);  // shared
+    void set(const std::vector<Mesh>& meshes, const std::vector<int>& unseen,
+             const std::vector<int>& hidden);
+    void set(const DeviceMesh& mesh, const std::vector<int>& unseen,
+             const std::vector<int>& hidden);  // shared
     const std::vector<Part>& parts() const { return parts_; }
     void draw(std::size_t part) const;
     const Ball& about() const { return about_; }  // bounding ball of all clay

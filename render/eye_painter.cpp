@@ -38,10 +38,10 @@ class GlEyePainter final : public EyePainter {
   public:
     GlEyePainter(int samples, bool share);
     const Sharing& sharing(int device) override { return sharings_.with(device); }
-    void set_clay(const std::vector<Mesh>& meshes, long version,
-                  const std::vector<int>& unseen) override;
-    void set_device_clay(const DeviceMesh& mesh, long version,
-                         const std::vector<int>& unseen) override;
+    void set_clay(const std::vector<Mesh>& meshes, long version, const std::vector<int>& unseen,
+                  const std::vector<int>& hidden) override;
+    void set_device_clay(const DeviceMesh& mesh, long version, const std::vector<int>& unseen,
+                         const std::vector<int>& hidden) override;
     void set_hands(const std::vector<HandLook>& hands) override;
     void set_splats(int eye, const SplatLayer& layer) override { splats_.upload(eye, layer); }
     void set_splats(int eye, unsigned colour, unsigned depth) override
@@ -91,6 +91,7 @@ class GlEyePainter final : public EyePainter {
     std::array<DrawnHidden, 2> hidden_;
     int width_ = 0, height_ = 0;  // of the multisample textures [pixels]
     long version_ = 0;
+    std::vector<int> hidden_clay_;  // categories
     bool any_clay_ = false, shadows_stand_ = false;
     Ball lit_{};             // region covered by the shadow maps
     Vec3<float> towards_{};  // direction to the key light
@@ -131,20 +132,22 @@ void GlEyePainter::build_maps()
 }
 
 void GlEyePainter::set_clay(const std::vector<Mesh>& meshes, long version,
-                            const std::vector<int>& unseen)
+                            const std::vector<int>& unseen, const std::vector<int>& hidden)
 {
-    if (any_clay_ && version == version_) return;
-    clay_.set(meshes, unseen);
+    if (any_clay_ && version == version_ && hidden == hidden_clay_) return;
+    clay_.set(meshes, unseen, hidden);
     version_ = version, any_clay_ = true, shadows_stand_ = false;
+    hidden_clay_ = hidden;
 }
 
 void GlEyePainter::set_device_clay(const DeviceMesh& mesh, long version,
-                                   const std::vector<int>& unseen)
+                                   const std::vector<int>& unseen, const std::vector<int>& hidden)
 {
-    if (any_clay_ && version == version_) return;
-    if (!sharing(mesh.device()).shared) return set_clay(mesh.meshes(), version, unseen);
-    clay_.set(mesh, unseen);
+    if (any_clay_ && version == version_ && hidden == hidden_clay_) return;
+    if (!sharing(mesh.device()).shared) return set_clay(mesh.meshes(), version, unseen, hidden);
+    clay_.set(mesh, unseen, hidden);
     version_ = version, any_clay_ = true, shadows_stand_ = false;
+    hidden_clay_ = hidden;
 }
 
 void GlEyePainter::set_hands(const std::vector<HandLook>& hands)
@@ -221,7 +224,8 @@ void GlEyePainter::cast_shadows()
         glViewport(0, 0, side, side);
         glClearNamedFramebufferfv(frame, GL_DEPTH, 0, &far);
         glUniform1i(0, i);
-        for (std::size_t k = 0; k < clay_.parts().size(); ++k) clay_.draw(k);
+        for (std::size_t k = 0; k < clay_.parts().size(); ++k)
+            if (clay_.parts()[k].casts) clay_.draw(k);
         for (const DrawnHand& hand : drawn_hands_)
             if (hand.opacity >= 0.5f) hands_.draw(hand.ranges.casting);
     }

@@ -78,15 +78,17 @@ class EyePainter {
     // Whether this CUDA device shares memory with the context; determined once.
     virtual const Sharing& sharing(int device) = 0;
 
-    // Sets the clay's meshes; uploads only if `version` has changed. Clay of the categories
-    // `unseen` only casts a shadow, because splats are drawn in its place. Throws
-    // std::invalid_argument for an invalid mesh.
+    // Sets the clay's meshes; uploads only if `version` or `hidden` has changed. Clay of the
+    // categories `unseen` only casts a shadow, because splats are drawn in its place; clay of those
+    // `hidden` is left out. Throws std::invalid_argument for an invalid mesh.
     virtual void set_clay(const std::vector<Mesh>& meshes, long version,
-                          const std::vector<int>& unseen = {}) = 0;
+                          const std::vector<int>& unseen = {},
+                          const std::vector<int>& hidden = {}) = 0;
     // The same for a mesh on a CUDA device: shared if possible, without blocking the host; else
     // copied through the host.
     virtual void set_device_clay(const DeviceMesh& mesh, long version,
-                                 const std::vector<int>& unseen = {}) = 0;
+                                 const std::vector<int>& unseen = {},
+                                 const std::vector<int>& hidden = {}) = 0;
     virtual void set_hands(const std::vector<HandLook>& hands) = 0;
     void set_hands(const std::vector<DrawPrimitive>& primitives)
     {

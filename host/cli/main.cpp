@@ -21,6 +21,7 @@
 #include "host/cli/manual.h"
 #include "host/cli/options.h"
 #include "host/cli/verbs.h"
+#include "host/document/command_page.h"
 #include "host/verify/verify.h"
 
 namespace knead {
@@ -218,7 +219,7 @@ void add_help(CLI::App& app, Verb& chosen)
     static std::string verb, shell, folder;
     static bool manual = false;
     CLI::App* help = app.add_subcommand("help", "Describe the program, or one of its verbs");
-    help->add_option("VERB", verb, "What is described");
+    help->add_option("VERB", verb, "What is described; commands: those of logs");
     help->add_flag("--man", manual, "As a page of the manual, in roff");
     help->add_option("--completion", shell, "Completion for a shell instead: bash, zsh");
     help->add_option("--pages", folder, "Write all pages and completions into this folder");
@@ -226,6 +227,10 @@ void add_help(CLI::App& app, Verb& chosen)
         chosen = [&app] {
             if (!folder.empty()) {
                 write_pages(app, folder);
+                return int(exit_ok);
+            }
+            if (verb == "commands" && shell.empty() && !manual) {
+                print(commands_help());
                 return int(exit_ok);
             }
             std::string text = manual_page(app, verb);

@@ -127,8 +127,10 @@ std::string words_of(const CLI::App& app, const std::string& verb)
     if (verb == "run" || verb == "info" || verb == "view" || verb == "vr")
         return "$(knead list scenes 2>/dev/null | cut -d' ' -f1)";
     std::string names;
-    if (verb == "help")
+    if (verb == "help") {
         for (const CLI::App* one : verbs_of(app)) names += one->get_name() + " ";
+        names += "commands ";
+    }
     return names;
 }
 

@@ -101,6 +101,9 @@ void add_run(CLI::App& app, Verb& chosen)
     run->add_option("--audit", o.audit_every, "Look at the whole state every N frames")
         ->check(CLI::Range(1, 10000000));
     add_results(run, o);
+    run->add_option("--commands", o.commands,
+                    "Apply the commands of this log between the frames that it says");
+    run->add_flag("--keep-going", o.keep_going, "Go on when a command is refused");
     CLI::Option* resume =
         run->add_option("--resume", o.resume, "Resume the interrupted run in this folder");
     for (CLI::Option* other : run->get_options())

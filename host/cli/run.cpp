@@ -15,9 +15,9 @@
 #include "host/base/paths.h"
 #include "host/base/print.h"
 #include "host/cli/progress.h"
-#include "host/cli/replay.h"
 #include "host/cli/resume.h"
 #include "host/cli/run_options.h"
+#include "host/cli/script.h"
 #include "host/cli/sequence.h"
 #include "host/cli/verbs.h"
 #include "host/files/mesh_file.h"
@@ -47,6 +47,7 @@ class Session {
           earlier(from),
           lock(std::move(held)),
           scene(scene_of(o)),
+          script(o, scene, [this](const std::string& text) { note(text); }),
           mesh_files(in_folder("meshes"), "mesh", o.mesh, o.mesh_every),
           clay_files(in_folder("particles"), "particles", "ply", o.particles_every)
     {
@@ -93,7 +94,7 @@ class Session {
     FolderLock lock;            // of o.out
     Scene scene;
     std::unique_ptr<SceneSplats> splats;
-    std::unique_ptr<ActionReplay> replay;  // null: no recorded actions
+    RunScript script;
     Sequence mesh_files, clay_files;
     BatchRunOptions run_options;
     RunInfo facts;
@@ -110,7 +111,7 @@ void Session::prepare()
 {
     const std::size_t memory =
         o.max_memory > 0 ? std::size_t(o.max_memory * 0x1p20) : available_memory();
-    need_objects(scene);
+    if (o.commands.empty()) need_objects(scene);
     check_substeps(scene);
     const std::vector<SplatObject> objects = load_splats(scene, memory);
     for (const SplatObject& of : objects)
@@ -138,6 +139,7 @@ void Session::prepare()
     }
     run_options.frames = o.frames, run_options.time_limit = o.time_limit;
     run_options.meshes_every = o.mesh_every, run_options.particles_every = o.particles_every;
+    run_options.whole_frames = script.any();
     run_options.last_mesh = !o.out.empty() && o.mesh != "none";
     facts.threads = o.threads, facts.settings = o.settings;
 }
@@ -165,10 +167,10 @@ void Session::keep_checkpoints(RunObserver& watch, const Simulator& solver, Devi
 {
     run_options.checkpoint = o.checkpoint.value_or(60);
     if (o.out.empty() || (o.checkpoint && *o.checkpoint == 0)) return;
-    if (replay) {
+    if (script.any()) {
         if (o.checkpoint || earlier)
-            throw UsageError("--checkpoint, --resume: not where " +
-                             actions_file(scene.hands.recording) + " is played");
+            throw UsageError("--checkpoint, --resume: not where " + script.recorded_file() +
+                             " is played");
         return;
     }
     if (is_standard(o.scene))
@@ -256,7 +258,8 @@ void Session::watch(RunObserver& watch, Progress& progress, const Simulator& sol
         if (!writer || interrupted()) return;
         splats->refresh();
         try {
-            writer->add(frame, meshes, splats->drawn(), solver.gaussians());
+            writer->add(frame, meshes, splats->drawn(), solver.gaussians(),
+                        script.document().hidden_categories());
         } catch (const OutputError& e) {
             refused(e.what()), writer.reset();
         }
@@ -323,6 +326,7 @@ int Session::code(const RunRecord& record) const
         case End::interrupted:
             return 128 + interrupted();  // exit_interrupt, exit_terminate, exit_hangup
         case End::substeps:
+        case End::refused:
             return exit_input;
         case End::numerical_failure:
             return exit_numbers;
@@ -345,9 +349,10 @@ int Session::run()
         facts.hand_rate = recording.rate;
         facts.hand_latency = recording.latency;
         hands = std::make_unique<HandSource>(recording, scene.hands);
-        replay = replay_of(scene, recording, [this](const std::string& text) { note(text); });
+        script.add_recorded(scene, recording);
     }
     const std::unique_ptr<Simulator> solver = make_solver(scene.setup, device);
+    const EditableSimulator* editable = solver->editable();
     facts.solver = solver->name();
     run_options.audit_every = o.audit_every > 0                 ? o.audit_every
                               : device.kind == DeviceKind::cuda ? 10
@@ -374,15 +379,20 @@ int Session::run()
     {
         Progress progress(frames_wanted(scene, hands.get(), o.frames), o.quiet || o.verbose);
         watch(watching, progress, *solver);
-        if (replay) play(*replay, *splats, watching);
+        if (script.any()) script.play(scene, *splats, *solver, watching);
         cpu_before = process_seconds() - (earlier ? cpu_seconds_of(*earlier) : 0);
         began = wall_seconds();
         record = run_frames(scene, *solver, hands.get(), run_options, watching,
                             earlier ? &earlier->record : nullptr);
         facts.cpu_seconds = process_seconds() - cpu_before;
     }
+    if (script.left() > 0 && record.end == End::complete)
+        note(fmt::format("commands after the last frame, not applied: {}", script.left()));
     if (scene.setup.rest.mode != RestMode::none)
         for (const std::string& spared : left_at_rest(record)) facts.left_out.push_back(spared);
+    facts.objects = object_facts(
+        script.document(), [this](ObjectId object) { return script.simulated(object); },
+        *record.last_good, editable ? editable->config().materials : scene.setup.materials);
     write(record, *solver);
     const bool over = record.end == End::complete || record.end == End::numerical_failure;
     if (over && !o.out.empty() && !output_refused) remove_files(o.out, {checkpoint_name});

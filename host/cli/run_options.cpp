@@ -8,7 +8,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
-#include "host/cli/replay.h"
+#include "host/cli/script.h"
 #include "host/scene/domain.h"
 
 namespace knead {
@@ -42,6 +42,9 @@ void check_options(const RunOptions& o)
         throw UsageError("knead run needs a SCENE, or --resume with the folder of a run");
     if (o.out.empty() && o.resume.empty() && o.checkpoint.value_or(0) > 0)
         throw UsageError("--checkpoint needs --out DIR");
+    if (o.keep_going && o.commands.empty()) throw UsageError("--keep-going needs --commands LOG");
+    if (!o.commands.empty() && o.checkpoint.value_or(0) > 0)
+        throw UsageError("--checkpoint: not with --commands");
     const std::vector<std::string> forms{"ply", "splat", "spz", "glb", "none"};
     if (std::find(forms.begin(), forms.end(), o.splats) == forms.end())
         throw UsageError("--splats: expected ply, splat, spz, glb or none, found \"" + o.splats +

@@ -29,6 +29,8 @@ struct RunOptions {
     std::string splats = "ply";        // ply, splat, spz, glb, none; only for scenes with splats
     std::optional<double> checkpoint;  // interval [s]; 0: none
     std::string resume;                // folder of an interrupted run to resume
+    std::string commands;              // log of commands; "": none
+    bool keep_going = false;           // commands that are refused do not end the run
 };
 int run_verb(const RunOptions& options);
 

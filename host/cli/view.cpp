@@ -55,8 +55,8 @@ std::exception_ptr run_window(ViewApp& desk, const ViewOptions& o)
 Json report_of(const ViewOptions& o, const ViewApp& desk, const LiveResults& results)
 {
     Json of{{"schema", "knead.view/1"},
-            {"scene", results.actions.scene},
-            {"settings", results.actions.settings}};
+            {"scene", results.commands.scene},
+            {"settings", results.commands.settings}};
     of["window"] = {{"renderer", desk.renderer()},
                     {"size", o.size},
                     {"drawn", desk.drawn()},

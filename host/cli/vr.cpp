@@ -140,7 +140,7 @@ int vr_verb(const VrOptions& given)
     HeadsetRun run(scene, options);
     HeadsetEnd end = run.wait();
     LiveResults results{
-        std::move(end.hands), std::move(end.actions), end.state, {end.hash, end.particles}};
+        std::move(end.hands), std::move(end.commands), end.state, {end.hash, end.particles}};
     const Json report = report_of(o, end, results);
     const bool written = write_results(outputs, results, report);
     summarise(o, end, report);

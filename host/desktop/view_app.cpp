@@ -8,6 +8,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/machine.h"
+#include "host/ui/panel_commands.h"
 
 namespace knead {
 namespace {
@@ -57,7 +58,6 @@ LiveOptions ViewApp::live_options()
     live.on_device =
         options.device.kind == DeviceKind::cuda && painter->sharing(options.device.index).shared;
     live.clock = [this] { return clock.now(); };
-    live.on_action = [this](const HandAction& done) { record.act(done); };
     live.published = [] { Window::wake(); };
     return live;
 }
@@ -152,7 +152,7 @@ void ViewApp::update_visibility()
     hidden = !seen;
     if (seen) still.forget(), awake_until = window_time + 0.4;
     clock.run(!paused && !hidden);
-    if (!paused) session.pause(hidden), record.pause(hidden);
+    if (!paused) session.send(Pause{hidden});
 }
 
 void ViewApp::pause(bool on)
@@ -161,21 +161,33 @@ void ViewApp::pause(bool on)
     paused = on;
     clock.run(!paused && !hidden);
     if (hidden) return;
-    session.pause(on);
-    record.pause(on);
+    session.send(Pause{on});
+}
+
+// Whether commands have changed clay or gravity since the scene was opened.
+bool ViewApp::clay_changed() const
+{
+    if (!state->document || !opened) return false;
+    const Vec3<double> change = state->document->scene->gravity - opened->scene->gravity;
+    return state->document->objects != opened->objects || length(change) > 0;
 }
 
 // After a load or reset: restarts the recording; the mouse keeps control of the hand.
 void ViewApp::follow_history()
 {
-    if (!state->scene || state->history == history) return;
-    history = state->history;
+    if (!state->scene) return;
+    if (state->history == history) {
+        shaped = shaped || clay_changed();
+        return;
+    }
+    history = state->history, opened = state->document;
     ticks = 0, replay = {};
     time = options.scripted ? 0 : clock.now();
     pushed = -1e30;
     shaped = false;
-    record.begin(*state->scene, time);
-    if (!state->scene->scene.has_hands) session.set_hands(state->hands);
+    record.begin(*state->scene, history, time);
+    if (const Scene& of = state->scene->scene; !of.has_hands && opened)
+        session.send(hands_command(settings_of(state->hands, of.origin)));
     if (state->scene.get() != shown) {
         shown = state->scene.get();
         camera.look(cast<float>(shown->scene.eye), cast<float>(shown->scene.target));
@@ -210,7 +222,7 @@ void ViewApp::apply(PanelRequests requests)
     if (requests.film) film();
     if (requests.screenshot) wanted.push_back("");
     if (requests.recorded && *requests.recorded) panels.model.hand = false;
-    if (panels.apply(requests, session, *state)) shaped = true;
+    panels.apply(requests, session);
 }
 
 void ViewApp::take_keys()
@@ -252,13 +264,12 @@ void ViewApp::discard(Discard what)
 
 void ViewApp::do_discard(const Discard& what)
 {
-    record.begins_by(what.reset ? "reset" : "scene");
     if (what.reset)
-        session.reset();
+        session.send(Reset{});
     else
         panels.load(what.load, session);
     // Before the first frame, so that recorded hands do not move the tools.
-    if (hand_controlled) session.play(false);
+    if (hand_controlled) session.send(Play{false});
     answer(false);
 }
 
@@ -297,8 +308,8 @@ void ViewApp::control_hand(bool on)
     hand_controlled = on;
     if (!on) return;
     pointer.reach = 0.75 * camera.distance();
-    if (state->recorded) session.play(false);
-    session.set_hands(panels.hands(*state));
+    if (state->recorded) session.send(Play{false});
+    panels.send_tool(session);
 }
 
 void ViewApp::move_hand()
@@ -343,9 +354,9 @@ void ViewApp::simulate()
         session.push(tracked);
         shaped = shaped || hand_controlled;
     }
-    if (single) session.step();
+    if (single) session.send(Advance{1});
     if (options.scripted && runs) session.advance_to(time);
-    if (runs) record.simulated(time);
+    record.add(session.take_applied());
     state = session.state();
     if (state->version != counted)
         touched += state->frame.stats[Count::projected], counted = state->version;
@@ -390,12 +401,14 @@ std::string ViewApp::summary() const
 
 LiveResults ViewApp::results()
 {
-    session.pause(true);
+    session.wait_for_commands();
+    record.add(session.take_applied());
+    session.send(Pause{true});
     session.wait_for_commands();
     LiveResults of;
     of.clay = session.digest();
     of.state = session.state();
-    of.hands = std::move(record.hands), of.actions = std::move(record.actions);
+    of.hands = std::move(record.hands), of.commands = std::move(record.commands);
     of.hands.name = "window";
     of.hands.rate = of.state->scene ? of.state->scene->scene.frame_rate : 90;
     return of;

@@ -77,6 +77,7 @@ class ViewApp {
     bool must_draw(bool happened);
     void update_visibility();
     void follow_history();
+    bool clay_changed() const;
     void apply(PanelRequests requests);
     void take_keys();
     void take_mouse(double passed);
@@ -130,6 +131,7 @@ class ViewApp {
     bool hidden = false;     // the window is not visible: the session pauses
     bool stepping = false;   // compute one frame while paused
     bool shaped = false;     // the clay has been shaped since the last load or reset
+    DocumentPtr opened;      // first document of the history
     Discard pending;         // waits for confirmation
     double window_time = 0;  // never pauses [s]
     double time = 0;         // of the session's history; constant while paused [s]

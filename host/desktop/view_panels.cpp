@@ -1,10 +1,8 @@
 #include "host/desktop/view_panels.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 
 #include "host/base/paths.h"
@@ -67,30 +65,45 @@ void ViewPanels::follow(const LiveState& state)
     model.failure = state.failure;
     const bool refused = state.refused != refused_ && !state.refusal.empty();
     refused_ = state.refused;
-    if (!state.scene || state.history == history_) {
-        if (!refused) return;
-        model.note(state.refusal);
-        show_held(state);
-        return show_scene(state);
+    const bool anew = state.scene && state.history != history_;
+    if (anew) {
+        history_ = state.history;
+        const bool other = state.scene.get() != scene_;
+        scene_ = state.scene.get();
+        model.has_recording = state.scene->recording.has_value();
+        model.objects.clear();
+        if (other) {
+            model.notice.clear();
+            show_tool(state.scene->scene);
+        }
     }
-    history_ = state.history;
-    const bool other = state.scene.get() != scene_;
-    scene_ = state.scene.get();
-    const Scene& scene = state.scene->scene;
-    model.gravity = gravity_ = -scene.setup.gravity.y;
-    model.objects.clear(), specs_.clear(), presets_.clear();
-    for (const Object& o : scene.objects) {
-        specs_.push_back(o.stated);
-        presets_.push_back(preset_index(o.stated.name));
-        model.objects.push_back({o.name, presets_.back(), sliders_of(o.stated)});
+    if (refused) model.note(state.refusal);
+    if (anew || refused) show_scene(state);
+    // Controls may be ahead of the state until all commands are answered.
+    const bool other = state.document != shown_ || refused;
+    if (state.document && (anew || (other && state.answered >= sent_))) show(state.document);
+}
+
+// The ranges of sliders stay fixed while all values are within them.
+void ViewPanels::show(DocumentPtr document)
+{
+    shown_ = std::move(document);
+    model.gravity = 0.0 - shown_->scene->gravity.y;
+    model.objects.resize(shown_->objects.size());
+    for (std::size_t i = 0; i < model.objects.size(); ++i) {
+        const SceneObject& from = *shown_->objects[i];
+        ObjectPanel& to = model.objects[i];
+        to.name = from.name, to.preset = preset_index(from.material.name);
+        std::vector<Slider> sliders = sliders_of(from.material);
+        const bool fixed =
+            std::ranges::equal(sliders, to.sliders, [](const Slider& now, const Slider& before) {
+                return now.name == before.name && now.logarithmic == before.logarithmic &&
+                       now.value >= before.low && now.value <= before.high;
+            });
+        for (std::size_t k = 0; fixed && k < sliders.size(); ++k)
+            sliders[k].low = to.sliders[k].low, sliders[k].high = to.sliders[k].high;
+        to.sliders = std::move(sliders);
     }
-    model.has_recording = state.scene->recording.has_value();
-    if (other) {
-        model.notice.clear();
-        show_tool(scene);
-    }
-    show_scene(state);
-    if (refused) model.note(state.refusal);  // settings that are invalid for this scene
 }
 
 void ViewPanels::show_tool(const Scene& scene)
@@ -110,16 +123,6 @@ void ViewPanels::show_scene(const LiveState& state)
         if (path_key(paths[i]) == key) model.scene = int(i);
 }
 
-// After a refusal: resets the materials to those of the simulation.
-void ViewPanels::show_held(const LiveState& state)
-{
-    for (std::size_t i = 0; i < model.objects.size() && i < state.materials.size(); ++i) {
-        specs_[i] = stated(state.materials[i]);
-        model.objects[i].preset = presets_[i];
-        model.objects[i].sliders = sliders_of(specs_[i]);
-    }
-}
-
 void ViewPanels::add_times(const LiveState& state, double raster, double gl, double show)
 {
     TimeGraph::Stages stages;
@@ -135,71 +138,66 @@ void ViewPanels::add_times(const LiveState& state, double raster, double gl, dou
     model.graph.add(stages);
 }
 
+std::string ViewPanels::held() const
+{
+    return model.tool == 0 ? "" : model.tools[std::size_t(model.tool)];
+}
+
 HandsOptions ViewPanels::hands(const LiveState& state) const
 {
     HandsOptions options = state.hands;
-    options.held[right] = model.tool == 0 ? "" : model.tools[std::size_t(model.tool)];
+    options.held[right] = held();
     options.present[right] = true;
     return options;
 }
 
+void ViewPanels::send(Command command, LiveSession& session, unsigned drag)
+{
+    if (shown_) {
+        IdSource ids;  // no control adds an object
+        const auto next = reduce(shown_, command, ids);
+        if (const DocumentPtr* to = std::get_if<DocumentPtr>(&next); to && *to != shown_) show(*to);
+    }
+    sent_ = std::max(sent_, session.send(std::move(command), Origin::window, drag));
+}
+
 void ViewPanels::load(int scene, LiveSession& session)
 {
-    session.load(paths.at(std::size_t(scene)), settings_, cells_);
+    const std::optional<int> cells = cells_ > 0 ? std::optional(cells_) : std::nullopt;
+    send(Open{paths.at(std::size_t(scene)), settings_, cells}, session);
 }
 
-bool ViewPanels::set_gravity(double gravity, LiveSession& session)
+void ViewPanels::send_tool(LiveSession& session)
 {
-    if (!(std::abs(gravity) <= most_gravity)) {
-        model.note(
-            fmt::format("Gravity: expected {:g} m/s^2 at most, found {:g}", most_gravity, gravity));
-        model.gravity = gravity_;
-        return false;
-    }
-    gravity_ = gravity;
-    session.set_gravity({0, -gravity, 0});
-    return true;
+    SetHands command;
+    command.right = {true, held()};
+    send(std::move(command), session);
 }
 
-bool ViewPanels::set_material(bool preset, LiveSession& session)
+SetMaterial ViewPanels::chosen_material(bool preset)
 {
     const std::size_t at = std::size_t(model.object);
-    if (at >= model.objects.size()) return false;  // a scene without objects
-    ObjectPanel& object = model.objects[at];
-    MaterialSpec spec = preset ? material_specs().at(std::size_t(object.preset))
-                               : with_sliders(specs_.at(at), object.sliders);
-    if (const auto fault = fault_of(spec)) {
-        const MaterialQuantity* of = nullptr;
-        for (const MaterialQuantity& q : material_quantities())
-            if (q.key == fault->key) of = &q;
-        model.note(fmt::format("{}: expected {}, found {}", of ? of->name : fault->key,
-                               fault->expected, fault->found));
-        object.sliders = sliders_of(specs_.at(at));
-        return false;
-    }
-    // Ranges stay fixed while a slider is dragged.
-    bool within = !preset;
-    for (const Slider& s : object.sliders) within = within && s.value >= s.low && s.value <= s.high;
-    if (!within) object.sliders = sliders_of(spec);
-    if (!preset) presets_.at(at) = object.preset;
-    specs_.at(at) = spec;
-    session.set_material(int(at), made(spec));
-    return true;
+    ObjectPanel& object = model.objects.at(at);
+    const SceneObject& now = *shown_->objects.at(at);
+    if (!preset) return {now.id, with_sliders(now.material, object.sliders)};
+    object.sliders.clear();  // their ranges are those of another material
+    return {now.id, material_specs().at(std::size_t(object.preset))};
 }
 
-bool ViewPanels::apply(const PanelRequests& requests, LiveSession& session, const LiveState& state)
+void ViewPanels::apply(const PanelRequests& requests, LiveSession& session)
 {
-    bool other = false;
-    if (requests.recorded) session.play(*requests.recorded);
-    if (requests.gravity) other = set_gravity(*requests.gravity, session);
+    // Before send() sets the controls.
+    std::optional<SetMaterial> material;
+    if ((requests.preset || requests.material) && shown_)
+        material = chosen_material(requests.preset);
+    if (requests.recorded) send(Play{*requests.recorded}, session);
+    if (requests.gravity) send(SetGravity{{0, 0.0 - *requests.gravity, 0}}, session, requests.drag);
     if (requests.tool) {
         model.tool = *requests.tool;
         model.posture = int(model.tool == 0 ? Posture::relaxed : Posture::fist);
-        session.set_hands(hands(state));
+        send_tool(session);
     }
-    if (requests.preset || requests.material)
-        other = set_material(requests.preset, session) || other;
-    return other;
+    if (material) send(*material, session, requests.preset ? 0 : requests.drag);
 }
 
 }  // namespace knead

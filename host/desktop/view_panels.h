@@ -30,10 +30,11 @@ class ViewPanels {
     void follow(const LiveState& state);
     // Adds the times of a picture and, once per version of the state, of its simulation frame [s].
     void add_times(const LiveState& state, double raster, double gl, double show);
-    // Passes requests of the panels to the session: tools, hands, gravity, materials. If a request
-    // is refused, sets model.notice and resets its control. Returns whether clay was changed.
-    bool apply(const PanelRequests& requests, LiveSession& session, const LiveState& state);
+    // Sends what the panels request to the session: tools, hands, gravity, materials. follow()
+    // shows a refusal, and resets the control.
+    void apply(const PanelRequests& requests, LiveSession& session);
     void load(int scene, LiveSession& session);        // throws std::out_of_range
+    void send_tool(LiveSession& session);              // the chosen one, to the right hand
     void show_scene(const LiveState& state);           // selects the current scene in the list
     HandsOptions hands(const LiveState& state) const;  // with the chosen tool
 
@@ -42,16 +43,16 @@ class ViewPanels {
     const LiveScene* scene_ = nullptr;
     long timed_ = 0;
     int refused_ = 0;
-    std::vector<MaterialSpec> specs_;  // of the objects
-    std::vector<int> presets_;         // of the objects, before the last choice
+    long sent_ = 0;      // serial number of the last command
+    DocumentPtr shown_;  // by the model: that of the state, and the commands not answered yet
     std::vector<std::string> settings_;
     int cells_ = 0;
-    double gravity_ = 0;  // in effect [m/s^2]
 
-    bool set_gravity(double gravity, LiveSession& session);
-    bool set_material(bool preset, LiveSession& session);
-    void show_held(const LiveState& state);
+    void send(Command command, LiveSession& session, unsigned drag = 0);
+    SetMaterial chosen_material(bool preset);
+    void show(DocumentPtr document);
     void show_tool(const Scene& scene);
+    std::string held() const;  // the chosen tool; "": the bare hand
 };
 
 }  // namespace knead

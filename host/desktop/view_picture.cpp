@@ -56,7 +56,8 @@ void ViewApp::draw_splats(const EyeView& view, bool full_resolution)
     raster_took = 0;
     follow_splats();
     const SplatMotion motion = splat_motion(*state);
-    if (!splats || !motion.any()) return painter->set_splats(0, SplatLayer{});
+    if (!splats || !motion.any() || splats_hidden(*state))
+        return painter->set_splats(0, SplatLayer{});
     splats->draw(*painter, {view}, motion, full_resolution);
     raster_took = splats->seconds();
 }
@@ -71,11 +72,11 @@ void ViewApp::draw()
     if (state->scene) {
         look = live_look(state->scene->scene);
         show_clay(*painter, *state);
-        const auto& objects = state->scene->scene.objects;
         if (panels.model.object != selected)
             selected = panels.model.object, glow_until = window_time + 1.5;
-        if (window_time < glow_until && std::size_t(selected) < objects.size())
-            look.highlight = objects[std::size_t(selected)].category;
+        if (window_time < glow_until && state->document &&
+            std::size_t(selected) < state->document->objects.size())
+            look.highlight = state->document->objects[std::size_t(selected)]->category;
     }
     // A translucent hand at the mouse until a tool is active.
     if (hand_controlled && hands.empty())
@@ -92,6 +93,7 @@ PictureContent ViewApp::picture_content(const EyeView& view, const EyeLook& look
     seen.view = view;
     seen.history = state->history, seen.highlight = look.highlight;
     seen.splat_version = state->splat_version;
+    if (state->document) seen.hidden = state->document->hidden_categories();
     seen.meshes = state->meshes, seen.on_device = state->on_device;
     seen.gaussians = state->gaussians, seen.gaussians_on_device = state->gaussians_on_device;
     const auto add = [&](Vec3<float> p) {

@@ -50,8 +50,9 @@ bool alike(const PictureContent& a, const PictureContent& b)
 {
     return a.history == b.history && a.highlight == b.highlight &&
            a.splat_version == b.splat_version && same(a.view, b.view) && a.hands == b.hands &&
-           a.on_device == b.on_device && a.gaussians_on_device == b.gaussians_on_device &&
-           same(a.meshes, b.meshes, b.within) && same(a.gaussians, b.gaussians, double(b.within));
+           a.hidden == b.hidden && a.on_device == b.on_device &&
+           a.gaussians_on_device == b.gaussians_on_device && same(a.meshes, b.meshes, b.within) &&
+           same(a.gaussians, b.gaussians, double(b.within));
 }
 
 }  // namespace knead

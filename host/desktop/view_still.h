@@ -18,6 +18,7 @@ struct PictureContent {
     std::shared_ptr<const DeviceMesh> on_device;
     std::shared_ptr<const std::vector<Gaussian<double>>> gaussians;  // or
     std::shared_ptr<const DeviceGaussians> gaussians_on_device;
+    std::vector<int> hidden;   // categories of clay that is not drawn
     std::vector<float> hands;  // numbers that determine their appearance
     float within = 0;          // largest motion of clay that is not visible [m]
 };

@@ -24,6 +24,7 @@ float MotionStamp::extrapolation(double now) const
 namespace {
 
 constexpr std::size_t most_waiting = 1024;  // frames of hands
+constexpr std::size_t most_tasks = 4096, most_applied = 100000;
 // Catching up: largest backlog that is caught up [s]; by how much frames are due earlier meanwhile
 // [periods]; largest frame time at which the session catches up [periods], because the device also
 // renders.
@@ -38,6 +39,42 @@ std::string reason_of(const std::exception_ptr& failure)
     } catch (const std::exception& e) {
         return e.what();
     }
+}
+
+// Commands that discard the current frame.
+bool cuts(const Command& command)
+{
+    return std::holds_alternative<Open>(command) || std::holds_alternative<Reset>(command) ||
+           std::holds_alternative<SetLattice>(command);
+}
+
+// Whether each value that the former command sets is set by the later one, too.
+template <class C>
+bool covers(const C& later, const C& former)
+{
+    bool all = true;
+    for_each_field(former, [&](const auto& f, const auto& value) {
+        using T = std::remove_cvref_t<decltype(value)>;
+        const T& other = later.*(f.member);
+        if constexpr (std::is_same_v<T, ObjectRef>)
+            all = all && value.by == other.by;
+        else if constexpr (std::is_same_v<T, SetHand>)
+            all = all && covers(other, value);
+        else if constexpr (requires { value.has_value(); })
+            all = all && (other.has_value() || !value.has_value());
+    });
+    return all;
+}
+
+// Whether the later of two commands makes the former one needless: those that set values of the
+// same object.
+bool replaces(const Command& later, const Command& former)
+{
+    const CommandRow& row = row_of(former);
+    if (row.receiver != Receiver::document || row.undo == UndoRule::step) return false;
+    if (later.index() != former.index()) return false;
+    return std::visit([&]<class C>(const C& one) { return covers(std::get<C>(later), one); },
+                      former);
 }
 
 }  // namespace
@@ -72,22 +109,116 @@ void LiveSession::push(const HandFrame& hands)
     if (incoming.size() > most_waiting) incoming.pop_front();
 }
 
-void LiveSession::post(Command command, bool at_once)
+void LiveSession::post(std::function<void()> work)
 {
     {
         const std::lock_guard lock(mutex);
-        if (at_once) ++cut_requests;
-        commands.push_back([this, command = std::move(command), at_once] {
-            if (at_once) --cut_requests;
-            try {
-                command();
-            } catch (...) {
-                refuse(reason_of(std::current_exception()));
-            }
-        });
+        tasks.push_back(std::move(work));
         ++posted;
     }
     wake.notify_all();
+}
+
+// The order of serial numbers is that of the queue.
+long LiveSession::send(Command command, Origin origin, unsigned drag)
+{
+    long number = 0;
+    {
+        const std::lock_guard lock(mutex);
+        if (tasks.size() >= most_tasks) return 0;
+        number = ++serial;
+        if (cuts(command)) ++cut_requests;
+        tasks.push_back(Issued{std::move(command), number, origin, drag});
+        ++posted;
+    }
+    wake.notify_all();
+    return number;
+}
+
+std::vector<AppliedCommand> LiveSession::take_applied()
+{
+    const std::lock_guard lock(mutex);
+    return std::exchange(applied, {});
+}
+
+// Whether a later command of the same drag waits. Precondition: the mutex is held.
+bool LiveSession::superseded(const Task& task) const
+{
+    const Issued* one = std::get_if<Issued>(&task);
+    if (!one || one->drag == 0) return false;
+    return std::ranges::any_of(tasks, [&](const Task& later) {
+        const Issued* other = std::get_if<Issued>(&later);
+        return other && other->drag == one->drag && other->origin == one->origin &&
+               replaces(other->command, one->command);
+    });
+}
+
+void LiveSession::execute(const Task& task)
+{
+    if (const Issued* issued = std::get_if<Issued>(&task)) return execute(*issued);
+    try {
+        std::get<1>(task)();
+    } catch (...) {
+        refuse(reason_of(std::current_exception()));
+    }
+}
+
+void LiveSession::execute(const Issued& issued)
+{
+    if (cuts(issued.command)) --cut_requests;
+    CommandAnswer answer;
+    try {
+        answer = apply(issued.command);
+    } catch (...) {
+        answer.refusal = Refusal{reason_of(std::current_exception()), ""};
+    }
+    answered = issued.serial;
+    if (answer.refusal)
+        return refuse(fmt::format("{}: {}", row_of(issued.command).label, answer.refusal->text()));
+    AppliedCommand entry{history, run ? run->number() : 0, run ? run->now_at() : now(), issued};
+    entry.issued.command = std::move(answer.applied);
+    const std::lock_guard lock(mutex);
+    if (applied.size() < most_applied) applied.push_back(std::move(entry));
+}
+
+// Commands of the session are applied here, those of the document by the simulation.
+CommandAnswer LiveSession::apply(const Command& command)
+{
+    Situation situation = run ? run->situation() : Situation{};
+    situation.simulation = run != nullptr && failure.empty();
+    if (const std::string why = row_of(command).why_not(situation);
+        !why.empty() && !std::holds_alternative<Reset>(command))
+        return {Refusal{why, ""}, {}};
+    const DocumentPtr document =
+        run ? run->document() : std::make_shared<const Document>(Document{});
+    const CommandAnswer answer{{}, command};
+    if (row_of(command).receiver == Receiver::document || std::holds_alternative<Carry>(command)) {
+        if (!run) return {Refusal{"there is no simulation", ""}, {}};
+        if (!preparing.valid()) return run->apply(command);
+        PreparedObject ready = preparing.get();
+        return run->apply(command, &ready);
+    }
+    if (const auto checked = reduce(document, command, ids);
+        const Refusal* refusal_of = std::get_if<Refusal>(&checked))
+        return {*refusal_of, {}};
+    if (std::holds_alternative<SetLattice>(command) && !scene)
+        return {Refusal{"there is no simulation", ""}, {}};
+    if (const Open* open = std::get_if<Open>(&command)) {
+        begin_file(open->file, open->settings, open->cells.value_or(0));
+    } else if (const SetLattice* lattice = std::get_if<SetLattice>(&command)) {
+        begin_file(scene->scene.path, scene->settings, lattice->cells);
+    } else if (std::holds_alternative<Reset>(command)) {
+        begin(scene);
+    } else if (const Pause* pause = std::get_if<Pause>(&command)) {
+        paused = pause->on;
+        next = now();
+        if (paused && run && failure.empty()) run->make_surface();
+    } else if (const Advance* advance = std::get_if<Advance>(&command)) {
+        steps += advance->frames;
+    } else if (const Play* play = std::get_if<Play>(&command)) {
+        if (run) run->play(play->recorded);
+    }
+    return answer;
 }
 
 void LiveSession::wait_for_commands()
@@ -105,11 +236,15 @@ void LiveSession::run_thread()
     ++finished;
     done.notify_all();
     while (!quit) {
-        if (!commands.empty()) {
-            const Command command = std::move(commands.front());
-            commands.pop_front();
+        if (may_execute()) {
+            const Task task = std::move(tasks.front());
+            tasks.pop_front();
+            if (superseded(task)) {
+                ++finished;
+                continue;
+            }
             lock.unlock();
-            command();
+            execute(task);
             publish();
             lock.lock();
             ++finished;
@@ -122,10 +257,26 @@ void LiveSession::run_thread()
         }
     }
     finished = posted;  // releases callers of wait_for_commands()
-    commands.clear();
+    tasks.clear();
     done.notify_all();
     lock.unlock();
-    run.reset();  // on the thread that made it
+    preparing = {};  // waits: it uses the run
+    run.reset();     // on the thread that made it
+}
+
+// Whether the command at the head of the queue can be applied. Clay of a new object is prepared on
+// another thread while frames go on; other commands wait behind it. Not in stepped time, where the
+// frame after which a command is applied must not depend on the clock.
+bool LiveSession::may_execute()
+{
+    using namespace std::chrono_literals;
+    if (tasks.empty()) return false;
+    const Issued* issued = std::get_if<Issued>(&tasks.front());
+    const AddObject* adds = issued ? std::get_if<AddObject>(&issued->command) : nullptr;
+    if (!adds || !run || !failure.empty() || options.stepped || !run->situation().editable)
+        return true;
+    if (!preparing.valid()) preparing = run->prepare(*adds);
+    return preparing.wait_for(0s) == std::future_status::ready;
 }
 
 // Returns whether a frame is due; if not, waits at most 5 ms for one, or for a command.
@@ -133,8 +284,12 @@ bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
 {
     const bool going = run && failure.empty();
     if (going && steps > 0) return true;
+    if (preparing.valid() && (!going || paused || waiting)) {
+        wake.wait_for(lock, std::chrono::milliseconds(1));
+        return false;
+    }
     if (!going || paused || waiting || options.stepped || stopped()) {
-        wake.wait(lock, [&] { return quit || !commands.empty(); });
+        wake.wait(lock, [&] { return quit || !tasks.empty(); });
         return false;
     }
     const double left = next - now();
@@ -145,7 +300,8 @@ bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
 
 void LiveSession::begin(std::shared_ptr<const LiveScene> of)
 {
-    run.reset();  // before the new one: two may not fit into memory
+    preparing = {};  // waits: it uses the run
+    run.reset();     // before the new one: two may not fit into memory
     scene = std::move(of);
     failure.clear();
     backlog = dropped = 0;
@@ -154,8 +310,10 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
     if (!scene) return;
     try {
         run = std::make_unique<SimulationRun>(
-            scene, options, options.stepped ? stepped_to : now(), [this] { return now(); },
-            [this] { return quit || cut_requests > 0 || stopping.cuts(stopped()); });
+            scene, options, ids, options.stepped ? stepped_to : now(), [this] { return now(); },
+            [this](const FrameProgress&) {
+                return quit || cut_requests > 0 || stopping.cuts(stopped());
+            });
         if (!waiting) run->rehearse();
         run->make_surface();
     } catch (...) {
@@ -232,6 +390,7 @@ void LiveSession::publish()
         state->backlog.missing_time =
             run->lost() + (backlog + dropped) / run->period() * run->simulated_period();
     state->failure = failure;
+    state->answered = answered;
     state->refused = refused;
     state->refusal = refusal;
     published.store(std::move(state));
@@ -242,35 +401,6 @@ void LiveSession::refuse(const std::string& why)
 {
     ++refused;
     refusal = why;
-}
-
-void LiveSession::pause(bool on)
-{
-    post([this, on] {
-        paused = on;
-        next = now();
-        if (on && run && failure.empty()) run->make_surface();
-    });
-}
-
-void LiveSession::step(int frames)
-{
-    post([this, frames] { steps += std::max(0, frames); });
-}
-
-void LiveSession::reset()
-{
-    post([this] { begin(scene); }, true);
-}
-
-void LiveSession::load(std::shared_ptr<const LiveScene> of)
-{
-    post([this, of = std::move(of)] { begin(of); }, true);
-}
-
-void LiveSession::load(const std::string& path, const std::vector<std::string>& settings, int cells)
-{
-    post([this, path, settings, cells] { begin_file(path, settings, cells); }, true);
 }
 
 // Strong guarantee: if the file cannot be read, the current scene is kept.
@@ -286,74 +416,6 @@ void LiveSession::begin_file(const std::string& path, const std::vector<std::str
                            fmt::join(left_out, ", --set ")));
 }
 
-void LiveSession::edit_clay(Edit edit, bool reshapes)
-{
-    post([this, edit = std::move(edit), reshapes] {
-        if (!run) throw std::invalid_argument("there is no simulation to edit");
-        run->edit(edit, reshapes);
-    });
-}
-
-void LiveSession::record_action(HandAction action, ActionType act) const
-{
-    action.act = act;
-    if (options.on_action) options.on_action(action);
-}
-
-void LiveSession::set_hands(const HandsOptions& hands)
-{
-    HandAction action;
-    action.hands = hands;
-    record_action(action, ActionType::hands);
-    post([this, hands] {
-        if (!run) throw std::invalid_argument("there is no simulation with tools");
-        run->set_hands(hands);
-    });
-}
-
-void LiveSession::play(bool recorded)
-{
-    post([this, recorded] {
-        if (run) return run->play(recorded);
-        if (recorded) throw std::invalid_argument("there is no simulation for hands to act on");
-    });
-}
-
-void LiveSession::set_gravity(Vec3<double> gravity)
-{
-    HandAction action;
-    action.gravity = gravity;
-    record_action(action, ActionType::gravity);
-    edit_clay([gravity](EditableSimulator& solver) { solver.set_gravity(gravity); }, false);
-}
-
-void LiveSession::set_surface(int nodes)
-{
-    post([this, nodes] {
-        if (!run) throw std::invalid_argument("there is no simulation with a surface");
-        run->set_surface(nodes);
-    });
-}
-
-void LiveSession::move_clay(int object, const RigidMotion<double>& motion)
-{
-    HandAction action;
-    action.object = object, action.motion = motion;
-    record_action(action, ActionType::move);
-    edit([object, motion](EditableSimulator& solver) { solver.move(object, motion); });
-}
-
-void LiveSession::set_material(int object, const Material<double>& material)
-{
-    HandAction action;
-    action.object = object, action.material = material;
-    record_action(action, ActionType::material);
-    post([this, object, material] {
-        if (!run) throw std::invalid_argument("there is no simulation to edit");
-        run->set_material(object, material);
-    });
-}
-
 bool LiveSession::inspect_solver(const std::function<void(const Simulator&)>& inspect)
 {
     bool seen = false;
@@ -364,6 +426,16 @@ bool LiveSession::inspect_solver(const std::function<void(const Simulator&)>& in
     });
     wait_for_commands();
     return seen;
+}
+
+SessionLog LiveSession::session_log()
+{
+    SessionLog log;
+    post([this, &log] {
+        if (run) log = run->log();
+    });
+    wait_for_commands();
+    return log;
 }
 
 ClayDigest LiveSession::digest()

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,9 +16,12 @@
 
 #include "host/assets/splat_object.h"
 #include "host/base/machine.h"
+#include "host/document/command_table.h"
+#include "host/document/reduce.h"
 #include "host/hands/recording.h"
-#include "host/session/hand_actions.h"
+#include "host/live/session_log.h"
 #include "host/session/loop.h"
+#include "host/session/scene_editor.h"
 #include "host/splats/cloud.h"
 #include "host/splats/device_gaussians.h"
 #include "render/painter.h"
@@ -65,9 +69,10 @@ struct LiveOptions {
     bool on_device = false;     // surfaces and Gaussians stay on the device that computed them
     bool with_motion = false;   // states contain the motion of the surface
     std::size_t memory = 0;     // limit for loading a scene [bytes]; 0: what is free
-    // Called for every command other than hand input, on the thread that calls set_hands(),
-    // set_gravity(), set_material() or move_clay().
-    std::function<void(const HandAction&)> on_action;
+    bool logs = false;          // keeps a SessionLog; memory grows with time
+    // Asked in real time whether the result of a background task of the splats is taken now; the
+    // argument says whether it is ready. If not, taking it waits. Null: the argument.
+    std::function<bool(bool ready)> take_background;
     // Called on the simulation's thread after each state that is published.
     std::function<void()> published;
 };
@@ -119,15 +124,24 @@ struct LiveState {
     std::shared_ptr<const SplatCloud> splats;
     long splat_version = 0;  // incremented when splats are split, added, activated or frozen
     std::vector<LiveTool> tools;
-    HandsOptions hands;                       // the current tools
-    std::vector<Material<double>> materials;  // of the scene's objects, before softening
+    HandsOptions hands;    // the current tools
+    DocumentPtr document;  // null: no scene was loaded
     bool recorded = false, paused = false;
     double recording_time = 0;  // of the scene's recorded hands, at the frame's end [s]
     Backlog backlog;
     std::string solver;   // its name
     std::string failure;  // why the simulation has ended; "": it has not
+    long answered = 0;    // serial number of the last command that was applied or refused
     int refused = 0;      // number of commands refused so far
     std::string refusal;  // reason for the last of them
+};
+
+// A command as it was applied.
+struct AppliedCommand {
+    int history = 0;  // LiveState::history
+    long frame = 0;   // after which it was applied, since the history began; 0: before the first
+    double time = 0;  // of the session, at that frame's end [s]
+    Issued issued;    // with ids in place of names
 };
 
 // The surface on the host; blocks to fetch it from a device. Never null.
@@ -179,26 +193,12 @@ class LiveSession {
     // With LiveOptions::manual_start: begins the first frame.
     void start();
 
-    // Commands are executed in order, between frames. reset() and load() cut the current frame.
-    void pause(bool paused);
-    void step(int frames = 1);  // while paused
-    void reset();
-    void load(std::shared_ptr<const LiveScene> scene);
-    // `cells`: number along the longest axis of the scene's domain; 0: as in the scene. Settings
-    // that are invalid for this scene are left out and reported in LiveState::refusal.
-    void load(const std::string& path, const std::vector<std::string>& settings, int cells = 0);
-    // Sets the tools of the hands: bare hands or held tools. The clay is unchanged.
-    void set_hands(const HandsOptions& hands);
-    void play(bool recorded);  // true: the scene's recorded hands, from their start; false: those
-                               // of push()
-    void set_gravity(Vec3<double> gravity);  // [m/s^2]
-    // The object's volume is kept; its mass is volume times density.
-    void set_material(int object, const Material<double>& material);
-    // Nodes of the surface's lattice along its longest side, 8 to 1024.
-    void set_surface(int nodes);
-    void move_clay(int object, const RigidMotion<double>& motion);
-    // `edit` may throw to refuse; it must give the strong guarantee.
-    void edit(Edit edit) { edit_clay(std::move(edit), true); }
+    // Commands are applied in order, between frames. Open, Reset and SetLattice cut the current
+    // frame. Returns the command's serial number; 0 if 4096 commands wait: it is refused.
+    long send(Command command, Origin origin = Origin::window, unsigned drag = 0);
+    // The commands that were applied since the last call, in order; of more than 100 000 the last
+    // are dropped.
+    std::vector<AppliedCommand> take_applied();
 
     // Blocks until all commands so far are executed.
     void wait_for_commands();
@@ -206,15 +206,21 @@ class LiveSession {
     // there is no solver.
     bool inspect_solver(const std::function<void(const Simulator&)>& inspect);
     ClayDigest digest();
+    // Since the last load or reset; empty without LiveOptions::logs.
+    SessionLog session_log();
     // Stepped sessions: simulates all frames that end at or before `time` [s], then returns. Throws
     // std::logic_error in real time.
     void advance_to(double time);
 
   private:
-    using Command = std::function<void()>;
-    void post(Command command, bool at_once = false);
-    void record_action(HandAction action, ActionType act) const;
-    void edit_clay(Edit edit, bool reshapes);
+    // A command, or work of this class between frames that changes no scene.
+    using Task = std::variant<Issued, std::function<void()>>;
+    void post(std::function<void()> work);
+    void execute(const Task& task);
+    void execute(const Issued& issued);
+    CommandAnswer apply(const Command& command);
+    bool superseded(const Task& task) const;
+    bool may_execute();
     void run_thread();
     bool wait_for_work(std::unique_lock<std::mutex>& lock);
     bool stopped() const { return options.should_stop && options.should_stop(); }
@@ -231,8 +237,10 @@ class LiveSession {
 
     std::mutex mutex;  // guards the members up to `cut_requests`
     std::condition_variable wake, done;
-    std::deque<Command> commands;
-    long posted = 1, finished = 0;  // commands; the first is begin()
+    std::deque<Task> tasks;
+    long serial = 0;                // of the last command sent
+    long posted = 1, finished = 0;  // tasks; the first is begin()
+    std::vector<AppliedCommand> applied;
     std::deque<HandFrame> incoming;
     std::atomic<bool> quit = false;
     std::atomic<int> cut_requests = 0;  // queued commands that cut the current frame
@@ -240,8 +248,9 @@ class LiveSession {
     // Used by the simulation's thread only.
     std::shared_ptr<const LiveScene> scene;
     std::unique_ptr<SimulationRun> run;
+    IdSource ids;
     int history = 0, refused = 0;
-    long version = 0;
+    long version = 0, answered = 0;
     std::string refusal, failure;
     bool paused = false, waiting = false;
     int steps = 0;          // frames still to compute while paused
@@ -249,6 +258,7 @@ class LiveSession {
     double next = 0;        // when the next frame is due [s]
     // Clock time of overdue frames [s]: the session catches up with `backlog`, not with `dropped`.
     double backlog = 0, dropped = 0;
+    std::future<PreparedObject> preparing;  // for the command at the head of the queue
     StopGracePeriod stopping;
     std::thread thread;
 };

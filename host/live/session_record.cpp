@@ -1,6 +1,9 @@
 #include "host/live/session_record.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "host/document/command_table.h"
 
 namespace knead {
 namespace {
@@ -9,15 +12,13 @@ constexpr std::size_t longest_recording = 90 * 3600;  // frames
 
 }  // namespace
 
-void SessionRecord::begin(const LiveScene& scene, double now)
+void SessionRecord::begin(const LiveScene& scene, int number, double now)
 {
-    began = done_to = now;
+    history = number;
+    began = now, rate = scene.scene.frame_rate;
     hands.frames.clear();
-    actions = {scene.scene.path, scene.settings, "", {}};
-    if (began_by.empty()) return;
-    HandAction by;
-    by.by = began_by;
-    act(by);
+    commands = {scene.scene.path, scene.settings, "", {}};
+    add({});
 }
 
 bool SessionRecord::frame(HandFrame given, double now)
@@ -33,21 +34,33 @@ bool SessionRecord::frame(HandFrame given, double now)
     return true;
 }
 
-void SessionRecord::act(HandAction done)
+void SessionRecord::add(std::vector<AppliedCommand> applied)
 {
-    std::vector<HandAction>& all = actions.all;
-    done.time = std::max(all.empty() ? 0.0 : all.back().time, done_to - began);
-    if (all.size() < most_actions) return all.push_back(done);
-    if (!actions_full)
-        notify("the limit of recorded actions is reached; further ones are not recorded");
-    actions_full = true;
+    waiting.insert(waiting.end(), std::make_move_iterator(applied.begin()),
+                   std::make_move_iterator(applied.end()));
+    for (const AppliedCommand& one : waiting)
+        if (one.history == history) put(one);
+    std::erase_if(waiting, [&](const AppliedCommand& one) { return one.history <= history; });
 }
 
-void SessionRecord::pause(bool on)
+void SessionRecord::put(const AppliedCommand& applied)
 {
-    HandAction action;
-    action.act = ActionType::pause, action.on = on;
-    act(action);
+    constexpr double rounding = 1e-9;  // [s]
+    std::vector<LoggedCommand>& all = commands.commands;
+    if (all.size() >= most_commands) {
+        if (!commands_full)
+            notify("the limit of recorded commands is reached; further ones are not recorded");
+        commands_full = true;
+        return;
+    }
+    const long before = all.empty() ? 0 : all.back().frame;
+    const long frame = long(std::floor((applied.time - began + rounding) * rate));
+    Command command = applied.issued.command;
+    const bool begins = std::holds_alternative<Open>(command) ||
+                        std::holds_alternative<Reset>(command) ||
+                        std::holds_alternative<SetLattice>(command);
+    if (begins) command = Mark{row_of(command).name};  // a run of the log begins the scene itself
+    all.push_back({applied.frame == 0 ? 0 : std::max(before, frame), std::move(command)});
 }
 
 }  // namespace knead

@@ -1,9 +1,11 @@
 // Recording of a session in a headset or a window since the last load or reset: hands as the
-// simulation received them, and the other actions.
+// simulation received them, and the commands that were applied.
 #pragma once
 #include <functional>
 #include <string>
+#include <vector>
 
+#include "host/document/command_text.h"
 #include "host/live/live_session.h"
 
 namespace knead {
@@ -13,25 +15,27 @@ class SessionRecord {
     // `by`: receives messages for the user.
     explicit SessionRecord(std::function<void(const std::string&)> by) : notify(std::move(by)) {}
 
-    // Starts a new recording at `now` [s of the session] and discards the previous one.
-    void begin(const LiveScene& scene, double now);
-    // Cause of the next begin(): "scene" or "reset".
-    void begins_by(const std::string& act) { began_by = act; }
+    // Starts a new recording at `now` [s of the session] and discards the previous one. `history`:
+    // LiveState::history.
+    void begin(const LiveScene& scene, int history, double now);
     // Records hands pushed to the simulation at `now` [s]; false if not later than the last frame.
     bool frame(HandFrame given, double now);
-    // The simulation has reached `now` [s]; later actions are recorded with this time.
-    void simulated(double now) { done_to = now; }
-    void act(HandAction done);
-    void pause(bool on);
+    // Adds what LiveSession::take_applied() returned. Commands of a history that has not begun here
+    // are kept for it.
+    void add(std::vector<AppliedCommand> applied);
 
     Recording hands;
-    HandActions actions;
+    // Frames are those of a run that plays the recorded hands.
+    CommandLog commands;
 
   private:
+    void put(const AppliedCommand& applied);
+
     std::function<void(const std::string&)> notify;
-    std::string began_by;           // "": the program's start
-    double began = 0, done_to = 0;  // of the session [s]
-    bool hands_full = false, actions_full = false;
+    std::vector<AppliedCommand> waiting;  // of later histories
+    int history = 0;
+    double began = 0, rate = 90;  // of the session [s]; frames per second
+    bool hands_full = false, commands_full = false;
 };
 
 }  // namespace knead

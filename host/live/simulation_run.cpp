@@ -15,8 +15,8 @@
 namespace knead {
 
 SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOptions& by,
-                             double start, std::function<double()> clock,
-                             const std::function<bool()>& should_cut)
+                             IdSource& ids, double start, std::function<double()> clock,
+                             StopCheck should_cut)
     : scene(std::move(of)),
       options(by),
       now(std::move(clock)),
@@ -31,7 +31,6 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
       time(start),
       particles(scene->scene.setup.particles.size())
 {
-    for (const Object& object : scene->scene.objects) materials.push_back(object.material);
     if (splats.local() && !editable)
         throw std::invalid_argument(solver->name() + " has no local clay");
     if (splats.drawn().count() > 0) drawn = splats.picture();
@@ -41,11 +40,19 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
     loop_by.most_substeps = scene->scene.most_substeps;
     loop_by.interrupted = [] { return false; };
     const double budget = options.stepped ? 0 : options.budget > 0 ? options.budget : period();
-    loop_by.should_cut = [this, should_cut, budget](const FrameProgress&) {
-        return should_cut() || (budget > 0 && now() - began > budget);
+    loop_by.should_cut = [this, should_cut, budget](const FrameProgress& done) {
+        return should_cut(done) || (budget > 0 && now() - began > budget);
     };
+    splats.decide_by([this](bool ready) { return takes(ready); });
+    recorded_log.scene = scene;
+    if (options.logs && recorded) recorded_log.events.push_back(Command(Play{true}));
     loop = std::make_unique<SessionLoop>(
         *solver, [this](double from, double to) { return motion(from, to); }, loop_by);
+    editor = std::make_unique<SceneEditor>(
+        SceneEditor::Parts{scene->scene, splats, *loop, editable,
+                           [this](const HandsOptions& to) { set_hands(to); },
+                           [this](int nodes) { set_surface(nodes); }},
+        std::make_shared<const Document>(document_of(scene->scene)), ids);
     loop->observe([this](const FrameResult& frame) { after(frame); });
     if (options.on_device) loop->launch_surfaces(true);
 }
@@ -99,6 +106,20 @@ void SimulationRun::make_sources()
     last_valid = false;
 }
 
+void SimulationRun::push(const HandFrame& frame)
+{
+    stream.push(frame);
+    if (options.logs) recorded_log.events.push_back(frame);
+}
+
+// Whether the result of a background task is taken now.
+bool SimulationRun::takes(bool ready)
+{
+    const bool now_taken = options.take_background ? options.take_background(ready) : ready;
+    if (options.logs) logged.taken.push_back(now_taken);
+    return now_taken;
+}
+
 Motion SimulationRun::motion(double from, double to)
 {
     if (recorded) return replay(from - replayed, to - replayed);
@@ -110,6 +131,7 @@ Motion SimulationRun::pushed(double from, double to)
 {
     Motion m = no_motion();
     const double until = options.stepped ? to + clock_offset : now();
+    logged.sampled = until;
     float size[side_count], before[side_count];
     stream.sample(until, m.to.data(), size);
     if (last_valid)
@@ -153,8 +175,11 @@ void SimulationRun::after(const FrameResult& frame)
         failure = fmt::format("frame {}: {} particles had to be reset", frame.number,
                               frame.stats[Count::repaired]);
         loop->stop(End::numerical_failure);
-    } else if (splats.changes() && editable) {
-        keep_splats(frame);
+    } else {
+        if (splats.changes() && editable) keep_splats(frame);
+        const long before = editor->edits();
+        editor->after_frame(frame);
+        if (editor->edits() != before) ++edits;
     }
     if (!frame.stats.cut) return;
     const double left = simulated_period() - frame.stats.reached;
@@ -202,7 +227,7 @@ void SimulationRun::adopt_plan(PagingReport& report)
 {
     using namespace std::chrono_literals;
     if (splats.freezing()) return;
-    if (!plan.valid() || plan.wait_for(0s) != std::future_status::ready) return;
+    if (!plan.valid() || !takes(plan.wait_for(0s) == std::future_status::ready)) return;
     UpkeepPlan made = plan.get();
     if (edits == planned_edits) splats.adopt(std::move(made), report, *editable);
 }
@@ -219,7 +244,13 @@ void SimulationRun::begin_plan(int frame)
 std::string SimulationRun::frame(bool shown)
 {
     began = now();
+    logged = {};
     const bool going = loop->step();
+    if (options.logs && going) {
+        const FrameStats& stats = loop->last().stats;
+        logged.cut_after = stats.cut ? stats.substeps : 0;
+        recorded_log.events.push_back(logged);
+    }
     if (!failure.empty()) return failure;
     if (loop->failure()) std::rethrow_exception(loop->failure());
     if (!going || loop->end() != End::complete)
@@ -271,10 +302,11 @@ void SimulationRun::skip_to(double to)
     last_valid = false;
 }
 
+// Called by the editor, after its other edits.
 void SimulationRun::set_hands(const HandsOptions& by)
 {
     HandTools made = hand_tools(by);
-    edit([&](EditableSimulator& s) { s.set_tools(made.rig, made.tools); }, false);
+    editable->set_tools(made.rig, made.tools);
     splats.set_rig(made.rig);
     tools = std::move(made);
     const bool alike = move_alike(by, hands);
@@ -285,43 +317,53 @@ void SimulationRun::set_hands(const HandsOptions& by)
 void SimulationRun::play(bool on)
 {
     if (on && !source) throw std::invalid_argument("the scene has no recorded hands");
+    if (options.logs) recorded_log.events.push_back(Command(Play{on}));
     recorded = on;
     replayed = loop->last().number * period();
     last_valid = false;
 }
 
-void SimulationRun::edit(const Edit& change, bool reshapes)
+// The new object leaves room for the clay as it is now: in the milliseconds until it is added, clay
+// moves little.
+std::future<PreparedObject> SimulationRun::prepare(const AddObject& command)
 {
-    std::exception_ptr refused;
+    if (options.logs) recorded_log.events.push_back(LoggedPreparation{command});
+    return std::async(std::launch::async,
+                      [of = scene, walls = editable->config().walls, object = command.object,
+                       simulator = editable, then = editable->snapshot()] {
+                          PreparedObject made = prepared(of->scene, walls, object);
+                          const Box3<double> box = surroundings(made);
+                          std::vector<Vec3<double>> there;
+                          for (const Particle<double>& p : simulator->held(*then).particles)
+                              if (contains(box, p.x)) there.push_back(p.x);
+                          leave_room(made, there);
+                          return made;
+                      });
+}
+
+CommandAnswer SimulationRun::apply(const Command& command, PreparedObject* ready)
+{
     if (editable && splats.finish_freezing(*editable)) clay_changed(), splats_changed();
-    ++edits;
-    loop->edit([&](EditableSimulator& s) {
-        try {
-            change(s);
-        } catch (...) {
-            refused = std::current_exception();
-        }
-    });
-    loop->make_edits();
-    if (refused) std::rethrow_exception(refused);
-    if (reshapes) meshed = -1, make_surface();
+    const long before = editor->edits(), clay_before = editor->clay_edits();
+    const std::size_t splats_before = splats.state().count();
+    CommandAnswer answer = editor->apply(command, ready);
+    if (options.logs && !answer.refusal) recorded_log.events.push_back(answer.applied);
+    if (editor->edits() != before) ++edits;
+    if (splats.state().count() != splats_before) splats_changed();
+    if (editor->clay_edits() == clay_before) return answer;
+    particles = std::max(particles, solver->particle_count());
+    meshed = -1;
+    make_surface();
+    return answer;
 }
 
 void SimulationRun::set_surface(int nodes)
 {
-    if (nodes < 8 || nodes > 1024)
-        throw std::invalid_argument("a surface has 8 to 1024 nodes along its longest side");
     SurfaceOptions to = loop->surface_options();
     to.lattice = surface_lattice(scene->scene.setup.lattice, nodes);
     loop->set_surface(to);
     meshed = -1;
     make_surface();
-}
-
-void SimulationRun::set_material(int object, const Material<double>& material)
-{
-    edit([&](EditableSimulator& s) { splats.set_material(object, material, s); }, false);
-    if (std::size_t(object) < materials.size()) materials[std::size_t(object)] = material;
 }
 
 void SimulationRun::publish(LiveState& state)
@@ -344,7 +386,7 @@ void SimulationRun::publish(LiveState& state)
                                draw_primitives(tools.rig, last, int(tool))});
     }
     state.hands = hands;
-    state.materials = materials;
+    state.document = editor->document();
     state.recorded = recorded;
     state.recording_time = loop->last().number * period() - replayed;
     state.backlog.frames = cut;

@@ -9,18 +9,19 @@
 #include "host/live/live_session.h"
 #include "host/paging/scene_splats.h"
 #include "host/scene/seed.h"
+#include "host/session/scene_editor.h"
 
 namespace knead {
 
 class SimulationRun {
   public:
     // `began`: the session's time [s]. `should_cut`: called between substeps; true cuts the frame.
-    // Throws as LiveOptions::make_solver.
-    SimulationRun(std::shared_ptr<const LiveScene> scene, const LiveOptions& options, double began,
-                  std::function<double()> now, const std::function<bool()>& should_cut);
+    // `ids`: of the session. Throws as LiveOptions::make_solver.
+    SimulationRun(std::shared_ptr<const LiveScene> scene, const LiveOptions& options, IdSource& ids,
+                  double began, std::function<double()> now, StopCheck should_cut);
     SimulationRun(const SimulationRun&) = delete;
 
-    void push(const HandFrame& frame) { stream.push(frame); }
+    void push(const HandFrame& frame);
     // Computes one frame, and its surface if that is due or `shown`. Returns "", or why the
     // simulation ended.
     std::string frame(bool shown);
@@ -32,23 +33,28 @@ class SimulationRun {
     // Advances the session's time to `time` [s] without simulating.
     void skip_to(double time);
 
-    void set_hands(const HandsOptions& options);
+    // A command of the document, or Carry.
+    CommandAnswer apply(const Command& command, PreparedObject* ready = nullptr);
+    // Prepares the object of a command on another thread.
+    std::future<PreparedObject> prepare(const AddObject& command);
     void play(bool recorded);
-    // Makes the edit now; rethrows its exceptions. `reshapes`: recompute the surface.
-    void edit(const Edit& edit, bool reshapes);
-
-    void set_surface(int nodes);  // along its longest side
-    // The volume of the object is kept, also that of local clay.
-    void set_material(int object, const Material<double>& material);
+    const DocumentPtr& document() const { return editor->document(); }
+    Situation situation() const { return editor->situation(true); }
+    int number() const { return loop->last().number; }  // of the last frame; 0: none
+    double now_at() const { return time; }              // of the session, at its end [s]
 
     // Fills the members of a state that describe the simulation.
     void publish(LiveState& state);
     const Simulator& of() const { return *solver; }
+    const SessionLog& log() const { return recorded_log; }
     double lost() const { return lost_time; }
     double period() const { return 1 / scene->scene.frame_rate; }             // [s]
     double simulated_period() const { return frame_duration(scene->scene); }  // [s]
 
   private:
+    bool takes(bool ready);
+    void set_hands(const HandsOptions& options);
+    void set_surface(int nodes);  // along its longest side
     Motion motion(double from, double to);
     Motion pushed(double from, double to);
     void limit_tool_speed(Motion& motion) const;
@@ -73,6 +79,7 @@ class SimulationRun {
     std::shared_ptr<const SplatCloud> drawn;  // snapshot of `splats`; null: there are none
     long splat_version = 0;
     std::unique_ptr<SessionLoop> loop;
+    std::unique_ptr<SceneEditor> editor;
     HandsOptions hands;
     HandTools tools;
     HandStream stream;
@@ -86,7 +93,6 @@ class SimulationRun {
     Motion last;          // of the last frame
     bool last_valid = false;  // `last` is valid
     std::size_t particles = 0;
-    std::vector<Material<double>> materials;      // of the scene's objects, before softening
     long cut = 0;                                 // frames
     double lost_time = 0;                         // simulated time of cut frames [s]
     Meshes meshes;                                // the last surface, on the host
@@ -103,6 +109,8 @@ class SimulationRun {
     long mesh_version = 0;
     double mesh_cost = 0, mesh_made = -1e30;  // [s]
     std::string failure;
+    SessionLog recorded_log;
+    LoggedFrame logged;  // the current one
     // Planned by a thread: splats to split and to add. Destroyed before the solver.
     long edits = 0, planned_edits = 0;  // edits made so far, and when the plan began
     std::future<UpkeepPlan> plan;

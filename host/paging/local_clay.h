@@ -39,6 +39,7 @@ class LocalClay {
     // True while cubes are being frozen. Meanwhile the solver's Gaussians must not be edited and
     // clay must not be removed elsewhere.
     bool freezing() const { return evicting.valid(); }
+    void decide_by(std::function<bool(bool ready)> by) { take = std::move(by); }
     // Waits for the thread and removes the cubes. Returns whether any were being frozen.
     bool finish_freezing(EditableSimulator& solver) { return finish_freezing(solver, true) > 0; }
 
@@ -112,8 +113,9 @@ class LocalClay {
     SplatUpkeep& carried;
     LocalState state_;
     Cubes tiling;
-    FrozenSplats frozen;              // those between the walls
-    std::vector<Key> freezing_cubes;  // cubes being frozen, in ascending order
+    FrozenSplats frozen;                   // those between the walls
+    std::function<bool(bool ready)> take;  // see SceneSplats::decide_by()
+    std::vector<Key> freezing_cubes;       // cubes being frozen, in ascending order
     // While valid, the thread owns `frozen` and all of state_ but `clay`.
     std::future<EvictResult> evicting;
 };

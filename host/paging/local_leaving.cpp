@@ -83,7 +83,9 @@ std::size_t LocalClay::begin_freezing(std::vector<Key> cubes, EditableSimulator&
 std::size_t LocalClay::finish_freezing(EditableSimulator& solver, bool now)
 {
     using namespace std::chrono_literals;
-    if (!freezing() || (!now && evicting.wait_for(0s) != std::future_status::ready)) return 0;
+    if (!freezing()) return 0;
+    const bool ready = evicting.wait_for(0s) == std::future_status::ready;
+    if (!now && !(take ? take(ready) : ready)) return 0;
     EvictResult made = evicting.get();
     solver.remove_each(made.objects);
     carried.set_state(std::move(made.stay));

@@ -1,5 +1,6 @@
 #include "host/paging/scene_splats.h"
 
+#include <algorithm>
 #include <atomic>
 #include <stdexcept>
 #include <string>
@@ -46,6 +47,41 @@ void SceneSplats::set_state(const CarriedSplats& state, const LocalState& of_loc
     refresh();
 }
 
+void SceneSplats::add_object(int number, const SplatObject& object, EditableSimulator& solver)
+{
+    if (local()) throw std::invalid_argument("a scene with local clay takes no other splats");
+    std::vector<Vec3<double>> places;
+    for (const Vec3<float>& x : object.cloud.centre) places.push_back(cast<double>(x));
+    std::vector<SplatObject> both(2);
+    both[0].cloud = carried.cloud(), both[1] = object;
+    CarriedSplats all = knead::carried(joined(both));
+    // Splats that were split have the extent of their parent.
+    std::copy(carried.state().extent.begin(), carried.state().extent.end(), all.extent.begin());
+    solver.attach(number, places);
+    carried.raise_capacity(object.cloud.count());
+    carried.set_state(std::move(all));
+}
+
+void SceneSplats::remove_objects(std::span<const int> numbers, EditableSimulator& solver)
+{
+    SomeGaussians gone;
+    if (!local() && carried.cloud().count() > 0)
+        gone = solver.gaussians_of(*solver.snapshot(), numbers);
+    solver.remove_each(numbers);
+    if (gone.indices.empty()) return;
+    std::vector<std::uint32_t> kept;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < carried.cloud().count(); ++i) {
+        if (next < gone.indices.size() && std::size_t(gone.indices[next]) == i)
+            ++next;
+        else
+            kept.push_back(std::uint32_t(i));
+    }
+    CarriedSplats stay{picked(carried.cloud(), kept), {}};
+    for (const std::uint32_t i : kept) stay.extent.push_back(carried.state().extent[i]);
+    carried.set_state(std::move(stay));
+}
+
 void SceneSplats::set_rig(const Rig& rig)
 {
     if (local()) local_clay->set_rig(rig);
@@ -62,7 +98,6 @@ void SceneSplats::set_material(int object, const Material<double>& material,
     check_substeps(scene, whole);
     whole.volume = there[std::size_t(object)].volume;
     whole.mass = whole.density * whole.volume;
-    whole.category = there[std::size_t(object)].category;
     solver.set_material(object, whole);
     if (local()) local_clay->set_material(object, whole, solver);
 }

@@ -3,6 +3,7 @@
 #pragma once
 #include <functional>
 #include <memory>
+#include <span>
 
 #include "host/assets/splat_object.h"
 #include "host/paging/local_clay.h"
@@ -49,11 +50,23 @@ class SceneSplats {
     {
         return freezing() && local_clay->finish_freezing(solver);
     }
+    // Asked before the result of a freezing thread is taken, with whether it is ready; if not,
+    // taking it waits. Without this function it is taken once it is ready.
+    void decide_by(std::function<bool(bool ready)> take)
+    {
+        if (local()) local_clay->decide_by(std::move(take));
+    }
     const SplatUpkeep& upkeep() const { return carried; }
     void adopt(UpkeepPlan plan, PagingReport& report, EditableSimulator& solver);
     // Replaces the tools.
     void set_rig(const Rig& rig);
-    // Sets the material of an object, in the solver too, softened by the scene's
+    // Adds an object of splats whose clay the solver has as `number`, and attaches its splats.
+    // Precondition: the object is not local. Throws as EditableSimulator::attach; then nothing has
+    // changed.
+    void add_object(int number, const SplatObject& object, EditableSimulator& solver);
+    // Removes objects with their splats. Precondition: none of them is local clay.
+    void remove_objects(std::span<const int> numbers, EditableSimulator& solver);
+    // Sets the material and the category of an object, in the solver too, softened by the scene's
     // `step.soften_beyond`. Throws std::invalid_argument for an unknown object or an invalid
     // material.
     void set_material(int object, const Material<double>& material, EditableSimulator& solver);

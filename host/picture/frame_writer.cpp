@@ -19,6 +19,11 @@ namespace knead {
 namespace fs = std::filesystem;
 namespace {
 
+bool among(const std::vector<int>& all, int one)
+{
+    return std::find(all.begin(), all.end(), one) != all.end();
+}
+
 bool is_picture_name(const std::string& name)
 {
     constexpr std::string_view before = "frame_", after = ".png";
@@ -122,8 +127,17 @@ bool FrameWriter::has_splats(int category) const
     });
 }
 
+// Splats are drawn together: all, unless all their objects are hidden.
+bool FrameWriter::shows_splats(const std::vector<int>& hidden) const
+{
+    const std::vector<int> of = splat_categories(scene);
+    return of.empty() ||
+           std::ranges::any_of(of, [&](int category) { return !among(hidden, category); });
+}
+
 void FrameWriter::add(const FrameResult& frame, const std::vector<Mesh>& meshes,
-                      const SplatCloud& splats, const std::vector<Gaussian<double>>& gaussians)
+                      const SplatCloud& splats, const std::vector<Gaussian<double>>& gaussians,
+                      const std::vector<int>& hidden)
 {
     Camera camera;
     camera.eye = cast<float>(scene.eye);
@@ -132,13 +146,14 @@ void FrameWriter::add(const FrameResult& frame, const std::vector<Mesh>& meshes,
     camera.height = scene.picture_height;
     const float floor = float(scene.setup.walls.min.y);
     std::vector<Mesh> seen, unseen;
-    for (const Mesh& m : meshes) (has_splats(m.category) ? unseen : seen).push_back(m);
+    for (const Mesh& m : meshes)
+        if (!among(hidden, m.category)) (has_splats(m.category) ? unseen : seen).push_back(m);
     std::vector<HandLook> hands;
     if (scene.has_hands) hands = hand_looks(scene.hands, frame.motion);
     Image image;
     try {
         image = painter->paint(seen, hands, camera, floor, unseen);
-        if (splats.count() > 0)
+        if (splats.count() > 0 && shows_splats(hidden))
             image = with_splats(image, painter->depths(), camera, splats, gaussians, give_up);
         if (give_up && give_up()) throw PictureError("given up");
         write_captions(scene.captions, camera, image);

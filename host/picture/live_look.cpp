@@ -1,5 +1,7 @@
 #include "host/picture/live_look.h"
 
+#include <algorithm>
+
 #include "host/hands/motion.h"
 #include "host/hands/rig.h"
 #include "host/scene/seed.h"
@@ -59,15 +61,27 @@ long clay_version(const LiveState& state)
     return (long(state.history) << 40) + state.mesh_version;
 }
 
+bool splats_hidden(const LiveState& state)
+{
+    if (!state.document || !state.splats) return false;
+    const auto shown = [](const std::shared_ptr<const SceneObject>& o) {
+        return o->source.shape == ShapeKind::splats && !o->hidden;
+    };
+    return std::ranges::none_of(state.document->objects, shown);
+}
+
 void show_clay(EyePainter& painter, const LiveState& state)
 {
     static const std::vector<Mesh> nothing;
     const std::vector<int> unseen =
         state.scene ? splat_categories(state.scene->scene) : std::vector<int>();
+    const std::vector<int> hidden =
+        state.document ? state.document->hidden_categories() : std::vector<int>();
+    const long version = clay_version(state);
     if (state.on_device)
-        painter.set_device_clay(*state.on_device, clay_version(state), unseen);
+        painter.set_device_clay(*state.on_device, version, unseen, hidden);
     else
-        painter.set_clay(state.meshes ? *state.meshes : nothing, clay_version(state), unseen);
+        painter.set_clay(state.meshes ? *state.meshes : nothing, version, unseen, hidden);
 }
 
 std::vector<HandLook> hand_looks(const LiveState& state)

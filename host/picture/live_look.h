@@ -15,7 +15,9 @@ inline SplatMotion splat_motion(const LiveState& state)
 {
     return {state.gaussians.get(), state.gaussians_on_device.get()};
 }
-// Sets the clay of a state in a painter, with clay_version().
+// Whether there are splats and all their objects are hidden.
+bool splats_hidden(const LiveState& state);
+// Sets the clay of a state in a painter, with clay_version(), without that of hidden categories.
 void show_clay(EyePainter& painter, const LiveState& state);
 // Hands at the end of a motion: their skin, scaled by the motion's size, and the tools that they
 // hold, unscaled.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "host/base/json_reader.h"
@@ -280,6 +281,8 @@ const char* end_name(End end)
             return "time limit";
         case End::substeps:
             return "substeps";
+        case End::refused:
+            return "command refused";
         case End::numerical_failure:
             return "numerical failure";
         case End::device:
@@ -316,6 +319,49 @@ std::vector<std::string> left_out_of(const RunRecord& record, const RunInfo& fac
 
 }  // namespace
 
+std::vector<ObjectFacts> object_facts(const Document& document,
+                                      const std::function<int(ObjectId)>& simulated,
+                                      const std::vector<Particle<double>>& particles,
+                                      const std::vector<Material<double>>& materials)
+{
+    std::vector<ObjectFacts> all;
+    std::map<int, std::size_t> of_number;
+    std::optional<std::size_t> paged;
+    for (const auto& o : document.objects) {
+        if (o->source.splats.depth > 0) paged = all.size();
+        of_number[simulated(o->id)] = all.size();
+        all.push_back({o->id, o->name, o->category});
+    }
+    for (const Particle<double>& p : particles) {
+        const auto found = of_number.find(p.object);
+        if (found == of_number.end() && !paged) continue;
+        ObjectFacts& sum = all[found == of_number.end() ? *paged : found->second];
+        const Material<double>& m = materials[std::size_t(p.object)];
+        ++sum.particles;
+        sum.mass += m.mass;
+        sum.volume += m.volume * std::exp(log_volume_ratio(p, m));
+        sum.box = {lesser(sum.box.low, p.x), greater(sum.box.high, p.x)};
+    }
+    return all;
+}
+
+namespace {
+
+Json json_of(const ObjectFacts& o)
+{
+    const Vec3<double> low = o.box.low, high = o.box.high;
+    return {
+        {"id", o.id.value},
+        {"name", o.name},
+        {"category", o.category},
+        {"particles", o.particles},
+        {"mass_kg", o.mass},
+        {"volume_m3", o.volume},
+        {"box_m", o.particles ? Json{{low.x, low.y, low.z}, {high.x, high.y, high.z}} : Json()}};
+}
+
+}  // namespace
+
 Json report(const Scene& scene, const RunRecord& record, const RunInfo& facts)
 {
     Json stage_block = Json::object();
@@ -339,6 +385,8 @@ Json report(const Scene& scene, const RunRecord& record, const RunInfo& facts)
     knead["stages"] = stage_block;
     if (const Json softened = softened_facts(scene); !softened.empty())
         knead["softened"] = softened;
+    knead["document"]["objects"] = Json::array();
+    for (const ObjectFacts& o : facts.objects) knead["document"]["objects"].push_back(json_of(o));
     knead["left_out"] = left_out_of(record, facts);
     knead["outputs"] = facts.outputs;
     if (facts.splats > 0)

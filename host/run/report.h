@@ -5,9 +5,21 @@
 #include <string>
 #include <vector>
 
+#include "cuda/math/box.h"
+#include "host/document/document.h"
 #include "host/run/run.h"
 
 namespace knead {
+
+// An object of a document, and its clay.
+struct ObjectFacts {
+    ObjectId id;
+    std::string name;
+    int category = 0;
+    long particles = 0;
+    double mass = 0, volume = 0;             // [kg] [m^3]
+    Box3<double> box = empty_box<double>();  // of its particles, in the scene file's frame [m]
+};
 
 // Facts for the report that are not in RunRecord.
 struct RunInfo {
@@ -21,6 +33,7 @@ struct RunInfo {
     std::vector<std::string> left_out;
     std::vector<std::string> settings;  // --set as given
     std::vector<std::string> outputs;   // files written
+    std::vector<ObjectFacts> objects;   // of the document at the end
 };
 
 struct Spread {
@@ -29,6 +42,12 @@ struct Spread {
 Spread spread(std::vector<double> values);  // zeros for none; nearest-rank percentiles
 
 nlohmann::json report(const Scene& scene, const RunRecord& record, const RunInfo& facts);
+// `particles` in the scene file's frame; `materials` by the simulator's objects, whose numbers
+// `simulated` gives. Paged clay belongs to the one object that is paged.
+std::vector<ObjectFacts> object_facts(const Document& document,
+                                      const std::function<int(ObjectId)>& simulated,
+                                      const std::vector<Particle<double>>& particles,
+                                      const std::vector<Material<double>>& materials);
 // Objects that are simulated softer than given, each with its text; [] for none.
 nlohmann::json softened_facts(const Scene& scene);
 std::string file_hash(const std::string& path);  // xxh64; "" if the file cannot be read

@@ -276,6 +276,7 @@ RunRecord run_frames(const Scene& scene, Simulator& solver, const HandSource* ha
     SessionLoopOptions by = loop_options(scene);
     by.frames = frames_wanted(scene, hands, options.frames);
     by.time_limit = options.time_limit;
+    by.whole_frames = options.whole_frames;
     by.most_substeps = scene.most_substeps;
     by.on_progress = watch.on_progress;
     if (earlier) by.frames_before = int(earlier->rows.size());
@@ -310,6 +311,7 @@ RunRecord run_frames(const Scene& scene, Simulator& solver, const HandSource* ha
     if (watch.edits) watch.edits(by.frames_before, loop);
     loop.run();
     if (loop.failure()) run.record.failure = failure_text(loop);
+    if (loop.end() == End::refused) run.record.failure = loop.refusal();
     if (loop.end() == End::substeps)
         run.record.failure =
             fmt::format("frame {}: not done after {} substeps (step.most_substeps)",

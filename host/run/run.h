@@ -13,14 +13,15 @@
 namespace knead {
 
 struct BatchRunOptions {
-    int frames = 0;           // 0: frames of the scene
-    int audit_every = 1;      // interval of audits [frames]; first and last are always audited
-    int mesh_every = 0;       // interval of meshes [frames]; 0: none
-    bool last_mesh = false;   // mesh of the last frame
-    int meshes_every = 0;     // interval of calls of RunObserver::meshes [frames]; 0: none
-    int particles_every = 0;  // interval of calls of RunObserver::particles [frames]; 0: none
-    double time_limit = 0;    // wall time after which the run ends [s]; 0: none
-    double checkpoint = 0;    // interval of checkpoints, wall time [s]
+    int frames = 0;             // 0: frames of the scene
+    int audit_every = 1;        // interval of audits [frames]; first and last are always audited
+    int mesh_every = 0;         // interval of meshes [frames]; 0: none
+    bool last_mesh = false;     // mesh of the last frame
+    int meshes_every = 0;       // interval of calls of RunObserver::meshes [frames]; 0: none
+    int particles_every = 0;    // interval of calls of RunObserver::particles [frames]; 0: none
+    double time_limit = 0;      // wall time after which the run ends [s]; 0: none
+    double checkpoint = 0;      // interval of checkpoints, wall time [s]
+    bool whole_frames = false;  // limits and interrupts end the run between frames only
 };
 
 struct FrameRow : PagingReport {

@@ -49,22 +49,26 @@ double length_of(Quat<double> q)
     return std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
 }
 
-Quat<double> read_rotation(ObjectReader& r)
+}  // namespace
+
+Quat<double> read_rotation(ObjectReader& r, const std::string& key)
 {
-    const Json* given = r.find("rotation");
+    const Json* given = r.find(key);
     if (!given) return upright_pose;
     const std::string expected = "a quaternion [w, x, y, z] of length 1";
-    if (!given->is_array() || given->size() != 4) r.fail("rotation", expected, described(*given));
+    if (!given->is_array() || given->size() != 4) r.fail(key, expected, described(*given));
     for (const Json& one : *given)
-        if (!one.is_number()) r.fail("rotation", expected, described(*given));
+        if (!one.is_number()) r.fail(key, expected, described(*given));
     const Json& q = *given;
     const Quat<double> read{q[0].get<double>(), q[1].get<double>(), q[2].get<double>(),
                             q[3].get<double>()};
     const double length = length_of(read);
     if (!(length >= 0.999 && length <= 1.001))
-        r.fail("rotation", expected + ", within 0.001", "length " + short_number(length));
+        r.fail(key, expected + ", within 0.001", "length " + short_number(length));
     return unit_rotation(read);
 }
+
+namespace {
 
 double read_per_cell(ObjectReader& r)
 {
@@ -127,7 +131,7 @@ Json json_of(const MaterialSpec& m)
     return all;
 }
 
-Object read_object(ObjectReader& r, const std::string& default_name)
+Object read_object(ObjectReader& r, const std::string& default_name, const std::string& folder)
 {
     const Bounds where{-1000, 1000, "m"}, extent{0, 1000, "m", true};
     Object o;
@@ -135,7 +139,7 @@ Object read_object(ObjectReader& r, const std::string& default_name)
     o.shape = r.choice("shape", shape_kinds, ShapeKind::sphere);
     o.centre = r.vector("centre", where);
     if (o.shape == ShapeKind::splats) {
-        read_splats_options(r, o.splats);
+        read_splats_options(r, o.splats, folder);
     } else if (o.shape == ShapeKind::box) {
         o.size = r.vector("size", extent);
     } else {
@@ -143,7 +147,7 @@ Object read_object(ObjectReader& r, const std::string& default_name)
         const bool ball = o.shape == ShapeKind::sphere;
         o.size = {across, ball ? across : r.number("height", extent), across};
     }
-    o.rotation = read_rotation(r);
+    o.rotation = read_rotation(r, "rotation");
     o.velocity = r.vector("velocity", {-1000, 1000, "m/s"}, {0, 0, 0});
     o.stated = read_material(r, "material");
     o.material = made(o.stated);

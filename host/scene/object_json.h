@@ -8,8 +8,11 @@
 
 namespace knead {
 
-// Reads an object with all its keys, in the frame of the document. Throws InputError.
-Object read_object(ObjectReader& r, const std::string& default_name);
+// Reads an object with all its keys, in the frame of the document. `folder`: where the files lie
+// that it names by a relative path, and it may then name others by an absolute one; "": beside the
+// document, and no others. Throws InputError.
+Object read_object(ObjectReader& r, const std::string& default_name,
+                   const std::string& folder = "");
 // A preset's name, {"preset": name, ...changes}, or nothing: "clay". Throws InputError.
 MaterialSpec read_material(ObjectReader& r, const std::string& key);
 
@@ -26,6 +29,8 @@ Json json_of(const MaterialSpec& material);
 // ranges: fault_of() allows for rounding at their ends.
 MaterialSpec normalised(MaterialSpec material);
 
+// [w, x, y, z] of length 1 within 0.001, or nothing: no rotation. Throws InputError.
+Quat<double> read_rotation(ObjectReader& r, const std::string& key);
 // The rotation divided by its length. One that has the length 1 within rounding stays as it is, so
 // that repeated use changes nothing.
 Quat<double> unit_rotation(Quat<double> rotation);

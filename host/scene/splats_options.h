@@ -5,7 +5,8 @@
 
 namespace knead {
 
-void read_splats_options(ObjectReader& r, SplatsOptions& splats);
+// `folder`: see read_object().
+void read_splats_options(ObjectReader& r, SplatsOptions& splats, const std::string& folder);
 // Writes the same keys into `object`, the file relative to the folder of a document at `path`.
 void write_splats_options(const SplatsOptions& splats, const std::string& path, Json& object);
 void read_upkeep(ObjectReader& r, UpkeepOptions& upkeep);

@@ -83,7 +83,7 @@ bool SessionLoop::may_begin()
 // Whether to end the current frame after this substep.
 bool SessionLoop::should_end(const FrameProgress& progress)
 {
-    check_end();
+    if (!options.whole_frames) check_end();
     if (options.most_substeps > 0 && progress.substeps >= options.most_substeps)
         stop(End::substeps);
     if (options.on_progress) options.on_progress(submitted + 1, progress);
@@ -106,6 +106,7 @@ bool SessionLoop::begin()
 {
     if (!may_begin()) return false;
     if (submitted == completed) make_edits(), follow_materials();
+    if (ended) return false;
     const double start = wall_seconds();
     FrameResult& f = in_flight[submitted % 2];
     f = {};

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "host/base/interrupt.h"
@@ -17,7 +18,7 @@
 
 namespace knead {
 
-enum class End { complete, interrupted, time_limit, substeps, numerical_failure, device };
+enum class End { complete, interrupted, time_limit, substeps, refused, numerical_failure, device };
 
 struct SessionLoopOptions {
     double duration = 0;    // simulated per frame [s]
@@ -27,8 +28,9 @@ struct SessionLoopOptions {
     int frames = -1;        // negative: until stop()
 
     // Stop conditions, checked before each frame and, on the CPU, between substeps.
-    double time_limit = 0;   // wall time [s]; 0: none
-    long most_substeps = 0;  // per frame; a frame that needs more is cut short; 0: no limit
+    bool whole_frames = false;  // these end the loop between frames only, but for most_substeps
+    double time_limit = 0;      // wall time [s]; 0: none
+    long most_substeps = 0;     // per frame; a frame that needs more is cut short; 0: no limit
     std::function<bool()> interrupted = [] { return knead::interrupted() != 0; };
     // On the CPU, called between substeps; return true to end the frame early. The loop continues
     // with the next frame; the remaining time of this one is dropped.
@@ -115,6 +117,13 @@ class SessionLoop {
     // Ends the loop: frames in flight are completed and observed, no further frame begins. The
     // first reason is kept.
     void stop(End why = End::complete);
+    // Ends the loop by an edit that is refused, before another frame begins.
+    void refuse(std::string why)
+    {
+        stop(End::refused);
+        refused_why = std::move(why);
+    }
+    const std::string& refusal() const { return refused_why; }
 
     // Computes one frame; false if none is left or the solver failed.
     bool step();
@@ -172,6 +181,7 @@ class SessionLoop {
     std::optional<double> began;  // wall time of the first frame [s]
     std::optional<End> ended;
     std::exception_ptr failed;
+    std::string refused_why;
 
     SharedParticles state;  // null: not fetched
     Meshes last_meshes;     // null: none

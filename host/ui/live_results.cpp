@@ -6,6 +6,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/paths.h"
+#include "host/document/actions_file.h"
 #include "host/files/mesh_file.h"
 #include "host/hands/recording.h"
 #include "host/run/report.h"
@@ -17,18 +18,19 @@ namespace fs = std::filesystem;
 constexpr const char* hands_name = "hands.hands";
 constexpr const char* mesh_name = "mesh.glb";
 
-// Writes the hands and the side file of actions. Without actions, removes the side file of an
-// earlier recording.
+// Writes the hands and the log of commands beside them. Removes those of an earlier recording, in
+// either format, because they would be played with this one.
 void write_hands(const std::string& file, LiveResults& results)
 {
-    const fs::path side = actions_file(file);
-    if (results.actions.all.empty())
-        remove_files(side.parent_path().empty() ? "." : side.parent_path().string(),
-                     {side.filename().string()});
+    const std::string log = command_log_of(file);
+    std::vector<std::string> old{fs::path(actions_file(file)).filename().string()};
+    if (results.commands.commands.empty()) old.push_back(fs::path(log).filename().string());
+    const std::string folder = fs::path(file).parent_path().string();
+    remove_files(folder.empty() ? "." : folder, old);
     write_recording(file, results.hands);
-    if (results.actions.all.empty()) return;
-    results.actions.recording = file_hash(file);
-    write_actions(side.string(), results.actions);
+    if (results.commands.commands.empty()) return;
+    results.commands.recording = file_hash(file);
+    write_command_log(log, results.commands);
 }
 
 }  // namespace
@@ -41,11 +43,14 @@ FolderLock prepare(const LiveOutputs& o)
             throw UsageError("--record: expected a file ending in .hands or .jsonl, found \"" +
                              o.record + "\"");
         prepare_file(o.record, o.overwrite);
+        prepare_file(command_log_of(o.record), o.overwrite);
         prepare_file(actions_file(o.record), o.overwrite);
     }
     if (o.out.empty()) return {};
-    return prepare_folder(o.out, {o.report, mesh_name, hands_name, actions_file(hands_name)},
-                          o.overwrite);
+    return prepare_folder(
+        o.out,
+        {o.report, mesh_name, hands_name, command_log_of(hands_name), actions_file(hands_name)},
+        o.overwrite);
 }
 
 void add_simulation(nlohmann::json& report, const LiveResults& results, bool deterministic)
@@ -62,7 +67,7 @@ void add_simulation(nlohmann::json& report, const LiveResults& results, bool det
                             {"particles", results.clay.particles},
                             {"splats", s.splats ? s.splats->count() : 0}};
     report["hands"] = {{"frames", results.hands.frames.size()},
-                       {"actions", results.actions.all.size()}};
+                       {"actions", results.commands.commands.size()}};
 }
 
 bool write_results(const LiveOutputs& o, LiveResults& results, const nlohmann::json& report)

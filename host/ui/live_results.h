@@ -5,6 +5,7 @@
 #include <string>
 
 #include "host/base/outputs.h"
+#include "host/document/command_text.h"
 #include "host/live/live_session.h"
 
 namespace knead {
@@ -24,7 +25,7 @@ struct LiveOutputs {
 
 struct LiveResults {
     Recording hands;      // as the simulation received them; empty if there were none
-    HandActions actions;  // other actions; without the recording's hash
+    CommandLog commands;  // that were applied; without the recording's hash
     std::shared_ptr<const LiveState> state;
     ClayDigest clay;
 };

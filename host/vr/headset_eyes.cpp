@@ -256,7 +256,10 @@ EyesDrawn HeadsetEyes::draw(const HeadsetViews& views, const HeadsetPicture& pic
     }
     parts->timer->begin(scale);
     EyesDrawn drawn{scale};
-    if (const SplatMotion motion = parts->motion.at(picture.now); parts->splats && motion.any()) {
+    if (splats_hidden(picture.state)) {
+        for (int eye = 0; eye < 2; ++eye) parts->painter->set_splats(eye, SplatLayer{});
+    } else if (const SplatMotion motion = parts->motion.at(picture.now);
+               parts->splats && motion.any()) {
         parts->splats->draw(*parts->painter, eye_views, motion, parts->options.full_resolution(),
                             &parts->hidden);
         drawn.splat_scale = float(parts->splats->scale()), drawn.splats = parts->splats->seconds();

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "host/base/machine.h"
+#include "host/ui/panel_commands.h"
 #include "host/vr/headset_loop_class.h"
 
 namespace knead {
@@ -43,9 +44,7 @@ void HeadsetLoop::open()
     drawing([&] { eyes = std::make_unique<HeadsetEyes>(*headset, EyesOptions::of(options)); });
     if (!eyes->message().empty()) options.notify(eyes->message());
     end.facts = headset->facts();
-    LiveOptions lived = live_options(
-        options, [this] { return clock.now(wall_seconds()); },
-        [this](const HandAction& done) { record.act(done); });
+    LiveOptions lived = live_options(options, [this] { return clock.now(wall_seconds()); });
     const Sharing sharing = eyes->sharing();
     end.shared = lived.on_device = sharing.shared;
     if (!sharing.text.empty()) options.notify(sharing.text);
@@ -74,7 +73,8 @@ HeadsetEnd HeadsetLoop::results(const std::string& reason)
         end.hash = clay.hash, end.particles = clay.particles;
     }
     end.state = live ? live->state() : state;  // of the digest's frame or a later one
-    end.hands = std::move(record.hands), end.actions = std::move(record.actions);
+    if (live) record.add(live->take_applied());
+    end.hands = std::move(record.hands), end.commands = std::move(record.commands);
     end.hands.name = "headset";
     end.rate = timing.period > 0 ? 1 / timing.period : 0;
     end.hands.rate = end.rate > 0 ? end.rate : 90;
@@ -178,10 +178,11 @@ void HeadsetLoop::follow_history()
     hands.set(options_now);
     // In a stepped session the time of each history begins at 0.
     if (options.stepped && !first) time = session_time(scene, options);
-    record.begin(*state->scene, time.time());
-    if (!scene.has_hands) live->set_hands(options_now);
+    record.begin(*state->scene, history, time.time());
+    if (!scene.has_hands)
+        live->send(hands_command(settings_of(options_now, scene.origin)), Origin::headset);
     ran = ran && !options.stepped;
-    carrying = false, carry = {};
+    carrying = zooming = false, fists = {}, carried.clear();
 }
 
 // The drawn hands always follow the tracker; the simulation receives hands only while simulated
@@ -193,7 +194,7 @@ void HeadsetLoop::push(HandFrame given, bool runs, double now)
     given.time = timing.time;
     hands.push(given);
     notices.follow(hands, timing.time);
-    if (carrying) carry_clay(given);
+    if (carrying) follow_fists(given);
     if (!runs || !record.frame(given, now)) return;
     given.time = now;
     live->push(given);
@@ -218,7 +219,7 @@ void HeadsetLoop::simulate(const HeadsetViews& views, bool runs, FrameParts& par
     if (goes_on && !std::exchange(started, true)) live->start();
     push(hand_frame(views, workplace, now), goes_on, now);
     if (options.stepped && runs) live->advance_to(now);
-    if (goes_on) record.simulated(now);
+    record.add(live->take_applied());
     const auto before = state;
     state = live->state();
     if (!state->failure.empty() && before->failure.empty())
@@ -242,26 +243,58 @@ void HeadsetLoop::poke(const HeadsetViews& views)
     }
 }
 
-// While clay is carried, the tools are absent.
-void HeadsetLoop::publish_hands()
+// While hands carry clay, the tools are absent.
+void HeadsetLoop::send_presence()
 {
-    HandsOptions published = hands.options();
-    if (carrying) published.present[left] = published.present[right] = false;
-    live->set_hands(published);
-    live->set_gravity(desk.gravity_of(*state));
+    SetHands command;
+    command.left.present = !carrying && hands.options().present[left];
+    command.right.present = !carrying && hands.options().present[right];
+    if (state->document && state->document->hands->zoom != hands.options().zoom)
+        command.zoom = hands.options().zoom;
+    live->send(std::move(command), Origin::headset);
 }
 
-void HeadsetLoop::carry_clay(const HandFrame& given)
+// The simulation moves what is carried, and without gravity meanwhile.
+void HeadsetLoop::follow_fists(const HandFrame& given)
 {
-    const Carry::Answer answer = carry.frame(given, hands.options(), *meshes_of(*state));
+    const FistGesture::Answer answer = fists.frame(given, hands.options(), *meshes_of(*state));
     if (answer.zoom != 1) hands.set_zoom(clamp(hands.options().zoom / answer.zoom, 0.05, 50.0));
-    // No gravity while clay is carried: it must not fall or accelerate.
-    if (answer.took) live->set_gravity({0, 0, 0});
-    if (answer.let_go) live->set_gravity(desk.gravity_of(*state));
-    if (!answer.category || !state->scene) return;
-    const std::vector<Object>& objects = state->scene->scene.objects;
-    for (std::size_t i = 0; i < objects.size(); ++i)
-        if (objects[i].category == *answer.category) live->move_clay(int(i), answer.motion);
+    // Once, because each change restarts the filter of the simulation's hands.
+    if (std::exchange(zooming, answer.zoom != 1) && !zooming) send_presence();
+    if (answer.let_go) end_carrying();
+    if (answer.took) begin_carrying(*answer.took, answer.by);
+}
+
+// Takes the objects of a category that are not locked. If all are, the command is refused, with the
+// reason.
+void HeadsetLoop::begin_carrying(int category, Side by)
+{
+    if (!state->document) return;
+    std::vector<ObjectRef> all;
+    carried.clear(), carried_by = by;
+    for (const auto& o : state->document->objects) {
+        if (o->category != category) continue;
+        all.push_back(o->id);
+        if (!o->locked) carried.push_back(o->id);
+    }
+    live->send(Carry{carried.empty() ? all : carried, by, true}, Origin::headset);
+}
+
+void HeadsetLoop::end_carrying()
+{
+    if (!carried.empty()) live->send(Carry{carried, carried_by, false}, Origin::headset);
+    carried.clear();
+}
+
+// The display's time stands still; the simulation pauses with it. One of hands alone is paused for
+// good, so that its log gets a mark only.
+void HeadsetLoop::pause(bool on)
+{
+    paused = on;
+    if (options.hands_only)
+        live->send(Mark{on ? "pause" : "resume"}, Origin::headset);
+    else
+        live->send(Pause{on}, Origin::headset);
 }
 
 void HeadsetLoop::apply(const PanelCommand& command, const HeadsetViews& views)
@@ -269,8 +302,7 @@ void HeadsetLoop::apply(const PanelCommand& command, const HeadsetViews& views)
     panel_age = 0;
     switch (command.act) {
         case PanelAct::pause:
-            paused = !paused;
-            return record.pause(paused);
+            return pause(!paused);
         case PanelAct::recentre:
             workplace = before_head(head_of(views), options.workplace);
             return;
@@ -283,19 +315,16 @@ void HeadsetLoop::apply(const PanelCommand& command, const HeadsetViews& views)
             panel_side = panel_side == left ? right : left;
             return;
         case PanelAct::hold:
-            carrying = !carrying;
-            carry = {};
-            return publish_hands();
+            end_carrying();
+            carrying = !carrying, zooming = false;
+            fists = {};
+            return send_presence();
         case PanelAct::quit:
             leaving = true;
             runtime([&] { headset->leave(); });
             return;
         default:
-            if (command.act == PanelAct::reset) record.begins_by("reset");
-            if (command.act == PanelAct::scene || command.act == PanelAct::cells)
-                record.begins_by("scene");
             desk.apply(command, *state, *live, hands);
-            if (carrying) publish_hands();
             if (options.stepped) live->wait_for_commands();
     }
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/base/abandonable.h"
+#include "host/document/command_text.h"
 #include "host/live/live_session.h"
 #include "host/session/backend.h"
 #include "host/vr/headset_figures.h"
@@ -39,17 +40,15 @@ struct HeadsetLoopOptions {
     std::function<bool()> should_stop;               // true: the user has interrupted
 };
 
-// Options of the live session. `clock`: the session's time [s]; `on_action`:
-// LiveOptions::on_action.
-LiveOptions live_options(const HeadsetLoopOptions& options, std::function<double()> clock,
-                         std::function<void(const HandAction&)> on_action);
+// Options of the live session. `clock`: the session's time [s].
+LiveOptions live_options(const HeadsetLoopOptions& options, std::function<double()> clock);
 
 struct HeadsetEnd {
     std::string reason;  // why the session ended; "": on request
     HeadsetInfo facts;
     FrameFigures figures;
     Recording hands;      // as the simulation received them; empty if there were none
-    HandActions actions;  // other actions; without the recording's hash
+    CommandLog commands;  // that were applied; without the recording's hash
     std::shared_ptr<const LiveState> state;  // never null
     std::string hash;                        // of the clay's state; "": there was no simulation
     double rate = 0;                         // of the display [1/s]; 0: unknown

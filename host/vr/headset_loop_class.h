@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "host/live/session_record.h"
-#include "host/session/carry.h"
+#include "host/session/fist_gesture.h"
 #include "host/vr/headset_eyes.h"
 #include "host/vr/headset_feel.h"
 #include "host/vr/headset_hands.h"
@@ -46,8 +46,11 @@ class HeadsetLoop : public HeadsetSession {
     void rehearse();
     bool draw(const HeadsetViews& views, FrameParts& parts);
     void poke(const HeadsetViews& views);
-    void carry_clay(const HandFrame& given);
-    void publish_hands();
+    void follow_fists(const HandFrame& given);
+    void begin_carrying(int category, Side by);
+    void end_carrying();
+    void send_presence();
+    void pause(bool on);
     void apply(const PanelCommand& command, const HeadsetViews& views);
     void check_end(const HeadsetEvents& events);
 
@@ -84,8 +87,11 @@ class HeadsetLoop : public HeadsetSession {
     PanelCanvas canvas;
     Side panel_side = left;
     bool paused = false;
-    Carry carry;
-    bool carrying = false;   // hands carry clay instead of shaping it
+    bool carrying = false;  // hands carry clay instead of shaping it
+    FistGesture fists;
+    std::vector<ObjectRef> carried;  // objects in a fist
+    Side carried_by = right;
+    bool zooming = false;    // two fists have zoomed in the previous frame
     int panel_age = 0;       // frames since it was painted; 0: repaint
     std::string draw_error;  // reason of the last drawing failure; "": none
     HeadsetNotices notices;

@@ -2,8 +2,7 @@
 
 namespace knead {
 
-LiveOptions live_options(const HeadsetLoopOptions& options, std::function<double()> clock,
-                         std::function<void(const HandAction&)> on_action)
+LiveOptions live_options(const HeadsetLoopOptions& options, std::function<double()> clock)
 {
     LiveOptions live;
     live.make_solver = [device = options.device](const Setup& setup) {
@@ -14,7 +13,6 @@ LiveOptions live_options(const HeadsetLoopOptions& options, std::function<double
     live.recorded = options.recorded, live.with_motion = true;
     live.paused = options.hands_only, live.manual_start = !options.stepped;
     live.clock = std::move(clock);
-    live.on_action = std::move(on_action);
     return live;
 }
 

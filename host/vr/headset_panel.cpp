@@ -215,6 +215,7 @@ std::optional<PanelCommand> HeadsetPanel::poke(Side side, Vec3<float> tip, bool 
     if (of.armed && before <= 0) {
         of.armed = false;
         of.pressed = at(tip), of.since = time;
+        of.press = ++presses;
         begins = true;
     }
     if (!of.pressed || (!begins && !of.pressed->slider && !of.pressed->held)) return {};
@@ -225,6 +226,7 @@ std::optional<PanelCommand> HeadsetPanel::poke(Side side, Vec3<float> tip, bool 
         command.value = clamp((x - of.pressed->rect.x) / of.pressed->rect.width, 0.f, 1.f);
         if (!begins && std::abs(command.value - of.value) < finest) return {};
         of.value = command.value;
+        command.drag = of.press;
     }
     return command;
 }

@@ -31,8 +31,9 @@ enum class PanelAct {
 };
 struct PanelCommand {
     PanelAct act;
-    int step = 0;      // -1, 1: previous, next; 0: a button or a slider
-    float value = -1;  // of a slider, 0 to 1; negative: no slider
+    int step = 0;       // -1, 1: previous, next; 0: a button or a slider
+    float value = -1;   // of a slider, 0 to 1; negative: no slider
+    unsigned drag = 0;  // of a slider: number of the press, rising from 1
 };
 
 // What the panel shows.
@@ -86,9 +87,10 @@ class HeadsetPanel {
     struct Finger {
         bool armed = false;  // in front of the panel
         const PanelItem* pressed = nullptr;
-        float value = -1;   // last reported value of the pressed slider
-        double since = 0;   // beginning of the press [s]
-        bool done = false;  // the pressed held item was triggered
+        unsigned press = 0;  // its number
+        float value = -1;    // last reported value of the pressed slider
+        double since = 0;    // beginning of the press [s]
+        bool done = false;   // the pressed held item was triggered
     };
     std::optional<PanelCommand> hold(Finger& of, Vec3<float> tip);
     void let_go(Finger& of);
@@ -96,6 +98,7 @@ class HeadsetPanel {
     std::string words_on(const PanelItem& item, const PanelView& view) const;
 
     Finger fingers[side_count];
+    unsigned presses = 0;                   // so far
     double now = 0;                         // [s]
     const PanelItem* left_early = nullptr;  // held item that was released too early,
     double left_at = -1e30;                 // and when [s]

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "host/scene/presets.h"
-#include "host/scene/soften.h"
+#include "host/ui/panel_commands.h"
 #include "host/ui/scene_list.h"
 
 namespace knead {
@@ -22,12 +23,6 @@ const std::vector<std::string>& holdable()
 }
 constexpr int fewest_cells = 16, most_cells = 128, most_surface = 256;
 
-int surface_of(const LiveState& state)  // nodes along its longest side
-{
-    const Int3 size = state.surface.lattice.size;
-    return std::max({size.x, size.y, size.z});
-}
-
 std::size_t moved(std::size_t at, int step, std::size_t count)
 {
     return (at + count + std::size_t(step < 0 ? count - 1 : 1)) % count;
@@ -39,20 +34,80 @@ std::size_t place(const std::vector<std::string>& all, const std::string& one)
     return found == all.end() ? 0 : std::size_t(found - all.begin());
 }
 
-bool has(const char* quantity, const Material<double>& m)
-{
-    return material_quantity(quantity).used(stated(m));
-}
 // The same ranges as the sliders of the window.
 double slid(const char* quantity, float share)
 {
     const SliderRange range = material_quantity(quantity).slider;
     return value_of(share, range.low, range.high);
 }
-float slider_share(const char* quantity, const Material<double>& m)
+// Negative: the material has no such quantity.
+float slider_share(const char* quantity, const MaterialSpec& m)
 {
     const MaterialQuantity& q = material_quantity(quantity);
-    return share_of(stated(m).*q.value, q.slider.low, q.slider.high);
+    return q.used(m) ? share_of(m.*q.value, q.slider.low, q.slider.high) : -1;
+}
+
+// The panel has one material for all objects: that of the first, as far as they differ.
+const SceneObject* first_object(const LiveState& state)
+{
+    if (!state.document || state.document->objects.empty()) return nullptr;
+    return state.document->objects.front().get();
+}
+
+// Whether an object has another material than when the scene was opened.
+bool changed(const SceneObject& object, const Scene& opened)
+{
+    const std::size_t number = std::size_t(object.id.value) - 1;
+    return number >= opened.objects.size() ||
+           !equal(object.material, scene_object(opened.objects[number], object.id).material);
+}
+
+// The first object's material after a press; nothing: it stays.
+std::optional<MaterialSpec> pressed_material(const PanelCommand& command, MaterialSpec now)
+{
+    const auto set = [&](const char* quantity) -> std::optional<MaterialSpec> {
+        const MaterialQuantity& q = material_quantity(quantity);
+        if (!q.used(now)) return {};
+        now.*q.value = slid(quantity, command.value);
+        return now;
+    };
+    if (command.act == PanelAct::stiffness) return set("young");
+    if (command.act == PanelAct::yield) return set("yield");
+    if (command.act != PanelAct::material) return {};
+    const std::vector<std::string>& names = preset_names();
+    return material_spec(names[moved(place(names, now.name), command.step, names.size())]);
+}
+
+// The commands that a press of a control of the document gives.
+std::vector<Command> document_commands(const PanelCommand& command, const LiveState& state)
+{
+    const SceneSettings& now = *state.document->scene;
+    switch (command.act) {
+        case PanelAct::material:
+        case PanelAct::stiffness:
+        case PanelAct::yield: {
+            std::vector<Command> all;
+            const SceneObject* first = first_object(state);
+            if (!first) return {};
+            if (const auto to = pressed_material(command, first->material))
+                for (const auto& o : state.document->objects)
+                    all.push_back(SetMaterial{o->id, *to});
+            return all;
+        }
+        case PanelAct::cells: {
+            // A number between two multiples of 16 goes to one of them first.
+            const bool between = now.cells % 16 != 0 && command.step < 0;
+            const int next = now.cells / 16 * 16 + (between ? 0 : 16 * command.step);
+            return {SetLattice{std::clamp(next, fewest_cells, most_cells)}};
+        }
+        case PanelAct::surface:
+            return {SetSurface{
+                std::clamp(now.surface_nodes + 16 * command.step, fewest_cells, most_surface)}};
+        case PanelAct::gravity:
+            return {SetGravity{length(now.gravity) > 0 ? Vec3<double>{} : usual_gravity(state)}};
+        default:
+            return {};
+    }
 }
 
 }  // namespace
@@ -73,47 +128,10 @@ PanelDesk::PanelDesk(std::string file, std::vector<std::string> with) : settings
     scene = place(scenes, file);
 }
 
-// After a load or reset, takes materials and gravity of the scene. After a refusal, resets the
-// sliders to the state's material.
-void PanelDesk::follow(const LiveState& state)
-{
-    if (state.refused != refused && !state.materials.empty()) material = state.materials[0];
-    refused = state.refused;
-    if (state.history == history || !state.scene) return;
-    history = state.history;
-    const Scene& of = state.scene->scene;
-    touched = false, gravity = length(of.setup.gravity) > 0;
-    preset = of.objects.empty() ? "" : of.objects[0].stated.name;
-    if (!of.setup.materials.empty()) material = of.setup.materials[0];
-}
-
-void PanelDesk::load(LiveSession& live)
-{
-    std::vector<std::string> all = settings;
-    if (cells > 0) all.push_back("domain.cells=" + std::to_string(cells));
-    live.load(scenes[scene], all);
-}
-
 void PanelDesk::choose_scene(int step, LiveSession& live)
 {
     scene = moved(scene, step, scenes.size());
-    cells = 0;
-    load(live);
-}
-
-void PanelDesk::give(const LiveState& state, LiveSession& live)
-{
-    touched = true;
-    for (std::size_t i = 0; i < state.scene->scene.setup.materials.size(); ++i)
-        live.set_material(int(i), material);
-}
-
-void PanelDesk::choose_material(int step, const LiveState& state, LiveSession& live)
-{
-    const std::vector<std::string>& names = preset_names();
-    preset = names[moved(place(names, preset), step, names.size())];
-    material = knead::preset(preset);
-    give(state, live);
+    live.send(Open{scenes[scene], settings, {}}, Origin::headset);
 }
 
 void PanelDesk::choose_tool(Side side, int step, LiveSession& live, HeadsetHands& hands)
@@ -122,13 +140,14 @@ void PanelDesk::choose_tool(Side side, int step, LiveSession& live, HeadsetHands
     options.held[side] =
         holdable()[moved(place(holdable(), options.held[side]), step, holdable().size())];
     hands.set(options);
-    live.set_hands(options);
+    SetHands command;
+    (side == left ? command.left : command.right).held = options.held[side];
+    live.send(std::move(command), Origin::headset);
 }
 
 void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveSession& live,
                       HeadsetHands& hands)
 {
-    follow(state);
     switch (command.act) {
         case PanelAct::scene:
             return choose_scene(command.step, live);
@@ -137,66 +156,32 @@ void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveS
         case PanelAct::right_tool:
             return choose_tool(right, command.step, live, hands);
         case PanelAct::reset:
-            return live.reset();
+            live.send(Reset{}, Origin::headset);
+            return;
         default:
             break;
     }
-    if (!state.scene) return;
-    const Setup& setup = state.scene->scene.setup;
-    switch (command.act) {
-        case PanelAct::material:
-            return choose_material(command.step, state, live);
-        case PanelAct::stiffness: {
-            // Scales both moduli, which keeps Poisson's ratio.
-            const double young = stated(material).young;
-            if (!has("young", material) || !(young > 0)) return;
-            material = softer(material, young / slid("young", command.value));
-            return give(state, live);
-        }
-        case PanelAct::yield:
-            if (!has("yield", material)) return;
-            material.yield = slid("yield", command.value);
-            return give(state, live);
-        case PanelAct::cells: {
-            // A scene's lattice has some nodes more than the requested cells.
-            const int now = cells > 0 ? cells : setup.lattice.size.x / 16 * 16;
-            const bool between = cells == 0 && setup.lattice.size.x % 16 != 0;
-            const int next = between && command.step < 0 ? now : now + 16 * command.step;
-            cells = std::clamp(next, fewest_cells, most_cells);
-            return load(live);
-        }
-        case PanelAct::surface:
-            return live.set_surface(
-                std::clamp(surface_of(state) + 16 * command.step, fewest_cells, most_surface));
-        case PanelAct::gravity:
-            gravity = !gravity;
-            return live.set_gravity(gravity_of(state));
-        default:
-            return;
-    }
+    if (!state.document) return;
+    for (Command& one : document_commands(command, state))
+        live.send(std::move(one), Origin::headset, command.drag);
 }
 
-Vec3<double> PanelDesk::gravity_of(const LiveState& state)
+PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands) const
 {
-    follow(state);
-    if (!gravity || !state.scene) return {0, 0, 0};
-    const Vec3<double> own = state.scene->scene.setup.gravity;
-    return length(own) > 0 ? own : Vec3<double>{0, -9.81, 0};
-}
-
-PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands)
-{
-    follow(state);
     PanelView shown;
     shown.scene = std::filesystem::path(scenes[scene]).stem().string();
-    shown.material = preset + (touched ? " (CHANGED)" : "");
     shown.left_tool = hands.options().held[left], shown.right_tool = hands.options().held[right];
     shown.failure = state.failure;
-    shown.stiffness = slider_share("young", material);
-    shown.yield = has("yield", material) ? slider_share("yield", material) : -1;
     if (state.scene) shown.nodes = state.scene->scene.setup.lattice.size.x;
-    shown.surface = surface_of(state);
-    shown.gravity = gravity;
+    if (!state.document) return shown;
+    if (const SceneObject* first = first_object(state)) {
+        const MaterialSpec& material = first->material;
+        shown.material = material.name + (changed(*first, state.scene->scene) ? " (CHANGED)" : "");
+        shown.stiffness = std::max(0.f, slider_share("young", material));
+        shown.yield = slider_share("yield", material);
+    }
+    shown.surface = state.document->scene->surface_nodes;
+    shown.gravity = length(state.document->scene->gravity) > 0;
     return shown;
 }
 

@@ -24,6 +24,8 @@ struct ObjectPanel {
 
 struct PanelModel {
     bool open = true;                 // all panels
+    bool pressed = false;             // a control is held
+    unsigned drag = 0;                // number of the last press of a control
     std::vector<std::string> scenes;  // names
     int scene = -1;
     std::vector<std::string> presets;
@@ -61,6 +63,7 @@ struct PanelRequests {
     std::optional<bool> confirm;  // the answer to the question
     // Of the selected object: preset chosen, slider moved.
     bool preset = false, material = false;
+    unsigned drag = 0;  // of `gravity` and `material`: number of the press, rising from 1
 };
 
 }  // namespace knead

@@ -225,6 +225,10 @@ PanelRequests build_panels(PanelModel& m)
     }
     question_part(m, requests);
     said(m);
+    const bool pressed = ImGui::IsAnyItemActive();
+    if (pressed && !m.pressed) ++m.drag;
+    m.pressed = pressed;
+    requests.drag = m.drag;
     return requests;
 }
 

@@ -104,7 +104,7 @@ same=("${small[@]:0:4}" --device cpu)
 "$knead" view scenes/squeeze.json "${small[@]}" --set deterministic=true --script "$out/led" \
     --frames 90 --out "$out/kept" --record "$out/mine.hands" >"$out/said.txt" 2>"$out/errors.txt"
 [ $? -eq 0 ] || fail "view --out"
-[ "$(ls -m "$out/kept")" = "hands.hands, hands.hands.actions, mesh.glb, view.json" ] ||
+[ "$(ls -m "$out/kept")" = "hands.hands, hands.hands.commands, mesh.glb, view.json" ] ||
     fail "kept: $(ls -m "$out/kept")"
 cmp -s "$out/kept/hands.hands" "$out/mine.hands" || fail "--record is not hands.hands"
 # Control with R is not R, and R alone asks first: nothing began anew. Paused for 9 frames but one.
@@ -142,7 +142,8 @@ END
 frames=$(sed -n 's/^90 frames drawn by .* \([0-9]*\) simulated.*/\1/p' "$out/said.txt")
 [ "$frames" -ge 75 ] && [ "$frames" -le 80 ] || fail "$frames frames after a reset at the 12th"
 grep -q " 0 particle-substeps" "$out/said.txt" && fail "after a reset the hand touches nothing"
-grep -q '"by":"reset"' "$out/kept/hands.hands.actions" || fail "a reset that is not recorded"
+grep -q '"mark":{"text":"reset"}' "$out/kept/hands.hands.commands" ||
+    fail "a reset that is not recorded"
 
 # A signal writes them, too. Paused and untouched the window costs next to nothing: of some two
 # seconds, soon, no more than 3 % of a core.

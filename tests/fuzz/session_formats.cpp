@@ -1,4 +1,4 @@
-// Scenes, and what comes of them: recorded hands, runs, reports, checkpoints.
+// Scenes, and what comes of them: recorded hands, logs of commands, runs, reports, checkpoints.
 #include <xxhash.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include "host/assets/splat_object.h"
 #include "host/base/json_reader.h"
 #include "host/cli/compare.h"
+#include "host/document/actions_file.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
 #include "host/run/checkpoint.h"
@@ -17,6 +18,7 @@
 #include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
 #include "host/session/backend.h"
+#include "tests/document/random.h"
 #include "tests/folder.h"
 #include "tests/fuzz/formats.h"
 
@@ -206,6 +208,83 @@ void read_hands(const std::string& bytes)
     }
 }
 
+DocumentPtr applied(DocumentPtr document, const Command& command, IdSource& ids)
+{
+    const auto result = reduce(document, command, ids);
+    if (const DocumentPtr* to = std::get_if<DocumentPtr>(&result)) {
+        must_pass("its ids", [&] { with_ids(*document, command); });
+        hash(**to);
+        return *to;
+    }
+    return document;
+}
+
+// Each command of the table, in logs of their own and in one.
+std::vector<std::string> command_seeds()
+{
+    Random r(1);
+    IdSource ids;
+    DocumentPtr room = empty_room();
+    for (int i = 0; i < 4; ++i) {
+        SceneObject o = random_object(r, {0, room.get()});
+        o.id = {};
+        room = applied(room, AddObject{o}, ids);
+    }
+    const Drawing by{0, room.get(), 0, true, true};
+    std::vector<std::string> all;
+    CommandLog whole{"scenes/ball.json", {"domain.cells=16"}, "0123", {}};
+    for (std::size_t i = 0; i < command_rows.size(); ++i) {
+        const LoggedCommand one{long(i / 2), random_command(r, by, i), 0};
+        all.push_back(line_of(one));
+        whole.commands.push_back(one);
+    }
+    all.push_back(to_text(whole));
+    return all;
+}
+
+void read_commands(const std::string& text)
+{
+    const CommandLog log = parse_command_log(text, "log.jsonl", "/clay");
+    const std::string again = to_text(log);
+    must_pass("its own text", [&] {
+        if (to_text(parse_command_log(again, "again.jsonl", "/clay")) != again)
+            throw std::logic_error("a log that reads as another: " + again);
+    });
+    DocumentPtr document = empty_room();
+    IdSource ids;
+    for (const LoggedCommand& one : log.commands) document = applied(document, one.command, ids);
+}
+
+std::vector<std::string> action_seeds()
+{
+    return {R"({"schema": "knead.actions/1", "scene": "scenes/ball.json",
+"settings": ["domain.cells=16"], "recording": "0123", "actions": [
+{"time": 0, "do": "began", "by": "reset"}, {"time": 0.25, "do": "pause", "on": true},
+{"time": 0.5, "do": "material", "object": 0, "material": {"elasticity": "neo-hookean",
+ "plasticity": "von-mises", "density": 1800, "mu": 1e5, "lambda": 4e5, "bulk": 466666,
+ "yield": 1000, "hardening": 0, "yield_floor": 0, "friction": 0, "cohesion": 0, "compress": 0,
+ "stretch": 0, "snow": 0, "viscosity": 0, "exponent": 1}},
+{"time": 1, "do": "gravity", "gravity": [0.1, -0.3, 2]},
+{"time": 1, "do": "hands", "hands": {"zoom": 0.7, "at": [0, 2, -3],
+ "left": {"present": true, "held": "knife"}, "right": {"present": false, "held": ""}}},
+{"time": 1.5, "do": "move", "object": 0, "turn": [0, 0.6, 0], "turn_w": 0.8,
+ "shift": [0.3, 0, 0]}]})"};
+}
+
+void read_older_actions(const std::string& text)
+{
+    const ActionsFile actions = parse_actions(text, "hands.actions", 90, {0.1, 0, 0});
+    DocumentPtr document = empty_room();
+    IdSource ids;
+    SceneObject ball;
+    ball.material = material_spec("clay"), ball.source.size = {0.1, 0.1, 0.1};
+    ball.pose.p = {0.5, 0.5, 0.5};
+    document = applied(document, AddObject{ball}, ids);
+    for (const LogEntry& entry : actions.all)
+        if (const Command* command = std::get_if<Command>(&entry.done))
+            document = applied(document, *command, ids);
+}
+
 }  // namespace
 
 std::vector<FuzzFormat> session_formats()
@@ -216,7 +295,9 @@ std::vector<FuzzFormat> session_formats()
             {"report", report_seeds, read_report},
             {"checkpoint", checkpoint_seeds, read_a_checkpoint},
             {"hands", hands_seeds, read_hands},
-            {"hands-lines", hands_lines_seeds, read_hands}};
+            {"hands-lines", hands_lines_seeds, read_hands},
+            {"commands", command_seeds, read_commands},
+            {"actions", action_seeds, read_older_actions}};
 }
 
 }  // namespace knead

@@ -86,8 +86,8 @@ TEST(LiveOnDevice, IsAsItWasThoughFramesWereRehearsed)
         EXPECT_EQ(session.state()->failure, "");
         EXPECT_EQ(session.state()->frame.number, 0);
         EXPECT_EQ(hash(session), hash(wanted)) << file;
-        session.pause(true), session.start();
-        session.step(5);
+        session.send(Pause{true}), session.start();
+        session.send(Advance{5});
         while (session.state()->frame.number < 5 && session.state()->failure.empty())
             std::this_thread::yield();
         wanted.advance_to(5.0 / scene->scene.frame_rate);
@@ -102,7 +102,7 @@ TEST(LiveOnDevice, HasTheSurfaceThatIsAskedForAtOnce)
     const auto scene = load_live_scene("scenes/squeeze.json", {"domain.cells=16"});
     LiveSession session(scene, rule_of(true));
     session.advance_to(0.1);
-    session.pause(true);
+    session.send(Pause{true});
     session.wait_for_commands();
     const auto triangles = [&] {
         const auto state = session.state();
@@ -110,7 +110,7 @@ TEST(LiveOnDevice, HasTheSurfaceThatIsAskedForAtOnce)
         return meshes_of(*state)->at(0).triangles.size();
     };
     const std::size_t before = triangles();
-    session.set_surface(2 * session.state()->surface.lattice.size.x);
+    session.send(SetSurface{2 * session.state()->surface.lattice.size.x});
     session.wait_for_commands();
     EXPECT_GT(triangles(), 2 * before);
 }

@@ -94,7 +94,7 @@ TEST(LiveSplats, StandingGroundBecomesClayAtTheHandsAsInARun)
     session.advance_to(frames / scene->scene.frame_rate);
     EXPECT_GT(session.state()->splat_version, before->splat_version);
     expect_equal(session, wanted);
-    session.reset();
+    session.send(Reset{});
     session.wait_for_commands();
     EXPECT_TRUE(same_bits(session.state()->splats->centre, before->splats->centre));
 }
@@ -126,12 +126,13 @@ TEST_F(ThrownPot, IsSplitAndRefilledAsInARun)
 TEST(LiveSplats, LocalClayIsOfTheMaterialThatWasChosen)
 {
     const auto scene = ground();
-    Material<double> soft = scene->scene.setup.materials[0];
-    soft.yield *= 0.5;
+    MaterialSpec stated_soft = scene->scene.objects[0].stated;
+    stated_soft.yield *= 0.5;
+    const Material<double> soft = made(stated_soft);
     for (const int when : {0, 30}) {
         LiveSession session(scene, live_options(true));
         session.advance_to(when / scene->scene.frame_rate);
-        session.set_material(0, soft);
+        session.send(SetMaterial{ObjectId{1}, stated_soft});
         const auto of_clay = [&] {
             std::size_t clay = 0;
             session.inspect_solver([&](const Simulator& solver) {
@@ -202,8 +203,9 @@ TEST(LiveSplats, InRealTimeClayGoesBackWhileSplatsAreSplit)
                                         "splats.split.limit=1.1", "splats.split.budget=1"});
     const LiveOptions options = live_options(false);
     double clock = 0;
+    IdSource ids;
     SimulationRun run(
-        scene, options, 0, [&] { return clock; }, [] { return false; });
+        scene, options, ids, 0, [&] { return clock; }, [](const FrameProgress&) { return false; });
     run.rehearse();
     std::size_t most = 0;
     int frame = 0;

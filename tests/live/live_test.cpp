@@ -105,20 +105,21 @@ TEST(LiveStepped, ASceneWithoutObjectsLivesAndTakesClay)
     EXPECT_EQ(state->failure, "");
     EXPECT_EQ(state->frame.number, 18);
     EXPECT_TRUE(!state->meshes || state->meshes->empty());
-    EXPECT_TRUE(state->materials.empty());
-    session.set_gravity({0, -1, 0});
-    session.set_material(0, preset("clay"));
+    EXPECT_TRUE(state->document->objects.empty());
+    session.send(SetGravity{{0, -1, 0}});
+    session.send(SetMaterial{ObjectId{1}, material_spec("clay")});
     session.wait_for_commands();
     EXPECT_EQ(session.state()->refused, 1);
-    EXPECT_NE(session.state()->refusal.find("there is no object 0"), std::string::npos);
-    session.reset();
+    EXPECT_NE(session.state()->refusal.find("there is no object 1"), std::string::npos);
+    session.send(Reset{});
     session.advance_to(0.3);
     EXPECT_EQ(session.state()->failure, "");
-    const Scene other = small_squeeze()->scene;
-    const std::unique_ptr<EditableSimulator> solver = cpu_solver(scene->scene.setup);
-    const int object = solver->add(other.setup.materials.at(0), other.setup.particles);
-    EXPECT_EQ(object, 0);
-    EXPECT_EQ(solver->particles().size(), other.setup.particles.size());
+    const Document other = document_of(small_squeeze()->scene);
+    session.send(AddObject{*other.objects.at(0)});
+    session.advance_to(0.4);
+    EXPECT_EQ(session.state()->refused, 1) << session.state()->refusal;
+    EXPECT_EQ(session.state()->document->objects.size(), 1u);
+    EXPECT_GT(session.digest().particles, 100);
 }
 
 TEST(LiveStepped, AResetBeginsTheSameHistoryAgain)
@@ -128,7 +129,7 @@ TEST(LiveStepped, AResetBeginsTheSameHistoryAgain)
     session.advance_to(0.2);
     const std::vector<std::uint64_t> once = bits(session);
     const int history = session.state()->history;
-    session.reset();
+    session.send(Reset{});
     session.wait_for_commands();
     EXPECT_EQ(session.state()->history, history + 1);
     EXPECT_EQ(session.state()->frame.number, 0);
@@ -142,14 +143,14 @@ TEST(LiveStepped, PausedTimePassesWithoutFrames)
 {
     LiveSession session(small_squeeze(), stepped(false));
     session.advance_to(0.1);
-    session.pause(true);
+    session.send(Pause{true});
     session.advance_to(0.3);
     EXPECT_EQ(session.state()->frame.number, 9);
     EXPECT_TRUE(session.state()->paused);
-    session.step(2);
+    session.send(Advance{2});
     session.wait_for_commands();
     session.inspect_solver([](const Simulator&) {});
-    session.pause(false);
+    session.send(Pause{false});
     session.advance_to(0.5);
     EXPECT_DOUBLE_EQ(session.state()->time, 0.5);
     EXPECT_THROW(LiveSession(nullptr, {}).advance_to(1), std::logic_error);
@@ -160,23 +161,22 @@ TEST(LiveStepped, EditsChangeTheClayAndRefusalsLeaveIt)
     LiveSession session(small_squeeze(), stepped(true));
     session.advance_to(0.05);
     const std::vector<std::uint64_t> before = bits(session);
-    session.set_material(7, preset("snow"));
-    session.edit([](EditableSimulator&) { throw std::invalid_argument("no such thing"); });
-    HandsOptions options = session.state()->hands;
-    options.held[right] = "spoon";
-    session.set_hands(options);
-    session.load("scenes/no_such_scene.json", {});
+    session.send(SetMaterial{ObjectId{8}, material_spec("snow")});
+    session.send(PlaceObject{ObjectId{1}, Vec3<double>{90, 0, 0}, {}});
+    session.send(SetHands{{}, {{}, "spoon"}, {}, {}});
+    session.send(Open{"scenes/no_such_scene.json", {}, {}});
     session.wait_for_commands();
     EXPECT_EQ(session.state()->refused, 4);
     EXPECT_NE(session.state()->refusal.find("no_such_scene"), std::string::npos);
     EXPECT_EQ(session.state()->failure, "");
     EXPECT_EQ(bits(session), before);
     const long meshes = session.state()->mesh_version;
-    session.set_material(0, preset("snow"));
-    session.set_gravity({0, 0, 0});
-    options.held[right] = "knife";
-    session.set_hands(options);
-    session.edit([](EditableSimulator& s) { s.move(0, {{1, 0, 0, 0}, {0, 0.01, 0}}); });
+    Vec3<double> centre = session.state()->document->find({1})->pose.p;
+    centre.y += 0.01;
+    session.send(SetMaterial{ObjectId{1}, material_spec("snow")});
+    session.send(SetGravity{{0, 0, 0}});
+    session.send(SetHands{{}, {{}, "knife"}, {}, {}});
+    session.send(PlaceObject{ObjectId{1}, centre, {}});
     session.wait_for_commands();
     EXPECT_EQ(session.state()->refused, 4);
     EXPECT_EQ(session.state()->refusal.empty(), false);
@@ -199,8 +199,8 @@ TEST(LiveStepped, AnotherSceneTakesTheFirstOnesPlace)
     session.advance_to(1);
     EXPECT_FALSE(session.state()->scene);
     EXPECT_FALSE(session.inspect_solver([](const Simulator&) {}));
-    session.reset();
-    session.load("scenes/materials.json", {"domain.cells=16", "surface.nodes=32"});
+    session.send(Reset{});
+    session.send(Open{"scenes/materials.json", {"surface.nodes=32"}, 16});
     session.wait_for_commands();
     ASSERT_TRUE(session.state()->scene);
     EXPECT_EQ(session.state()->scene->scene.name, "materials");
@@ -224,8 +224,8 @@ TEST(LiveReal, HasTheClayOfItsSceneThoughFramesWereRehearsed)
         EXPECT_EQ(session.state()->failure, "");
         EXPECT_EQ(session.state()->frame.number, 0);
         EXPECT_EQ(bits(session), bits(other)) << file;
-        session.pause(true), session.start();
-        session.step(3);
+        session.send(Pause{true}), session.start();
+        session.send(Advance{3});
         session.wait_for_commands();
         while (session.state()->frame.number < 3) std::this_thread::yield();
         other.advance_to(3.0 / scene->scene.frame_rate);
@@ -281,12 +281,12 @@ TEST_F(Live, PausedItDoesSingleFrames)
     clock = 1;
     session.wait_for_commands();
     EXPECT_EQ(session.state()->frame.number, 0);
-    session.step(3);
+    session.send(Advance{3});
     once(session, [](const LiveState& s) { return s.frame.number == 3; });
     clock = 2;
     session.wait_for_commands();
     EXPECT_EQ(session.state()->frame.number, 3);
-    session.pause(false);
+    session.send(Pause{false});
     once(session, [](const LiveState& s) { return s.frame.number > 5; });
 }
 
@@ -302,7 +302,7 @@ TEST_F(Live, WhatEndsTheSimulationIsSaidAndAResetBeginsAnew)
         EXPECT_NE(state->failure.find(said[kind]), std::string::npos) << state->failure;
         EXPECT_EQ(state->frame.number, kind == 2 ? 3 : 2);
         prepare = {};
-        session.reset();
+        session.send(Reset{});
         once(session, [](const LiveState& s) { return s.failure.empty() && s.frame.number > 4; });
     }
     options.make_solver = [](const auto&) -> std::unique_ptr<EditableSimulator> {
@@ -319,7 +319,7 @@ TEST_F(Live, AResetAndTheEndDoNotWaitForAFrame)
     options.budget = 1e9;
     prepare = [&](Slow& s) { s.count = 2000000000; };
     LiveSession session(scene, options);
-    session.reset();
+    session.send(Reset{});
     session.wait_for_commands();
     EXPECT_EQ(session.state()->history, 2);
 }

@@ -111,7 +111,7 @@ TEST_F(Live, TimeBeginsWhenItIsStartedNotWhenTheSolverIs)
     clock = clock + 0.01;
     const auto second = once(session, [](const LiveState& s) { return s.frame.number == 2; });
     EXPECT_EQ(second->backlog.missing_time, 0);
-    session.reset();
+    session.send(Reset{});
     session.wait_for_commands();
     const auto again = once(session, [](const LiveState& s) { return s.history == 2; });
     EXPECT_EQ(again->backlog.missing_time, 0) << "another solver, as slowly made";

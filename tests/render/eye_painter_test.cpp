@@ -134,6 +134,25 @@ TEST_F(EyePicture, ClayIsUploadedWithItsVersionAndHiddenClayCastsItsShadow)
     EXPECT_EQ(painted(), bare);
 }
 
+TEST_F(EyePicture, ClayOfAHiddenCategoryIsLeftOutWithItsShadow)
+{
+    const Mesh near = ball({0.3f, 0.25f, 0.5f}, 0.12f, 4), far = ball({0.7f, 0.25f, 0.5f}, 0.12f);
+    const std::vector<int> bare = painted();
+    painter->set_clay({far}, 1);
+    const std::vector<int> alone = painted();
+    painter->set_clay({near, far}, 2);
+    const std::vector<int> both = painted();
+    EXPECT_NE(both, alone);
+    painter->set_clay({near, far}, 2, {}, {4});
+    EXPECT_EQ(painted(), alone) << "the same version, but hidden";
+    painter->set_clay({near, far}, 2, {4}, {4});
+    EXPECT_EQ(painted(), alone) << "hidden, although splats are drawn in its place";
+    painter->set_clay({near, far}, 2, {}, {0, 4});
+    EXPECT_EQ(painted(), bare);
+    painter->set_clay({near, far}, 2);
+    EXPECT_EQ(painted(), both);
+}
+
 TEST_F(EyePicture, WhatIsSelectedGlowsAndNothingElse)
 {
     painter->set_clay({ball({0.3f, 0.25f, 0.5f}, 0.12f, 0), ball({0.7f, 0.25f, 0.5f}, 0.12f, 1)},

@@ -156,7 +156,7 @@ TEST(Soften, AMaterialThatALiveSessionIsGivenIsSoftenedLikewise)
     const double times = softening(live->scene, stiff);
     EXPECT_GT(times, 10);
     const auto modulus_with = [&](const Material<double>& given) {
-        session.set_material(0, given);
+        session.send(SetMaterial{ObjectId{1}, stated(given)});
         double modulus = 0;
         session.inspect_solver([&](const Simulator& s) {
             modulus = elastic_modulus(s.editable()->config().materials[0]);

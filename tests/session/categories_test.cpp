@@ -15,8 +15,8 @@ namespace {
 
 using Given = knead::Setup;             // the name is a member of testing::Test
 using Categories = std::array<int, 2>;  // by object
-constexpr double frame = 1.0 / 90;
-constexpr int nodes = 24;
+constexpr double period = 1.0 / 90;
+constexpr int cells = 24;
 
 class Categorised : public OnBothDevices {};
 INSTANTIATE_TEST_SUITE_P(Session, Categorised, testing::Values(false, true), device_of);
@@ -24,7 +24,7 @@ INSTANTIATE_TEST_SUITE_P(Session, Categorised, testing::Values(false, true), dev
 // The ball between two tools; its upper half is another object.
 Given two_halves(Categories categories)
 {
-    Given s = ball(nodes);
+    Given s = ball(cells);
     s.deterministic = true, s.threads = 2;
     s.materials.push_back(s.materials[0]);
     for (std::size_t k = 0; k < 2; ++k) s.materials[k].category = categories[k];
@@ -59,8 +59,9 @@ TEST_P(Categorised, ClayKeepsItsBits)
         for (std::size_t k = 0; k < 2; ++k)
             EXPECT_EQ(edited->config().materials[k].category, categories[k]);
         EXPECT_TRUE(same_bits(edited->particles(), other->particles()));
-        const Motion motion = closing(number++ * frame, frame);
-        EXPECT_EQ(edited->advance(motion, frame).substeps, other->advance(motion, frame).substeps);
+        const Motion motion = closing(number++ * period, period);
+        EXPECT_EQ(edited->advance(motion, period).substeps,
+                  other->advance(motion, period).substeps);
         EXPECT_TRUE(same_bits(edited->particles(), other->particles())) << number;
     }
 }
@@ -87,7 +88,7 @@ TEST_P(Categorised, ComesBackWithSnapshotsAndStates)
     EXPECT_EQ(solver->config().materials[0].category, 1);
     solver->load(saved);
     EXPECT_EQ(solver->config().materials[1].category, 6);
-    solver->advance(closing(0, frame), frame);
+    solver->advance(closing(0, period), period);
 }
 
 TEST_P(Categorised, SleepingClaySleepsOn)
@@ -97,20 +98,20 @@ TEST_P(Categorised, SleepingClaySleepsOn)
     s.rest = {RestMode::sleep, 1e-2, 3, 1.0, 0.1};
     s.rig = {}, s.tools = {};
     const auto solver = make(s);
-    for (int f = 0; f < 10; ++f) solver->advance({}, frame);
+    for (int f = 0; f < 10; ++f) solver->advance({}, period);
     set_categories(*solver, {3, 4});
-    EXPECT_EQ(solver->advance({}, frame)[Count::moved], 0);
+    EXPECT_EQ(solver->advance({}, period)[Count::moved], 0);
     Material<double> heavy = solver->config().materials[0];
     heavy.density *= 2, heavy.category = 1;
     solver->set_material(0, heavy);
     EXPECT_EQ(solver->config().materials[0].category, 1);
-    EXPECT_GT(solver->advance({}, frame)[Count::moved], 0);
+    EXPECT_GT(solver->advance({}, period)[Count::moved], 0);
 }
 
 SessionLoopOptions options_of(const Given& s)
 {
     SessionLoopOptions options;
-    options.duration = frame, options.hand_rate = 90;
+    options.duration = period, options.hand_rate = 90;
     options.materials = s.materials;
     options.surface.lattice = {s.lattice.size, float(s.lattice.dx)};
     return options;

@@ -66,6 +66,14 @@ class PanelDeskTest : public testing::Test {
         live.wait_for_commands();
         EXPECT_EQ(live.state()->refusal, "");
     }
+    const SceneObject* ball() { return live.state()->document->find(ObjectId{1}); }
+    static double lowest(const LiveState& state)  // of the clay [m]
+    {
+        double low = 1e30;
+        for (const Mesh& mesh : *meshes_of(state))
+            for (const Vec3<float>& v : mesh.vertices) low = std::min(low, double(v.y));
+        return low;
+    }
     SimulationConfig config()
     {
         SimulationConfig found;
@@ -103,14 +111,16 @@ TEST_F(PanelDeskTest, changes_materials_gravity_and_tools)
     EXPECT_EQ(hands.options().held[right], "");
 }
 
-// Clay that is carried past a wall stays where it is; the simulation goes on.
+// Clay that is put behind a wall stays where it is; the simulation goes on.
 TEST_F(PanelDeskTest, knows_a_refusal_from_an_end)
 {
-    live.move_clay(0, {{1, 0, 0, 0}, {0.9, 0, 0}});
+    const Vec3<double> behind = ball()->pose.p + Vec3<double>{0.9, 0, 0};
+    live.send(PlaceObject{ObjectId{1}, behind, {}});
     live.wait_for_commands();
     const auto refused = live.state();
     EXPECT_EQ(refused->refused, 1);
-    EXPECT_EQ(short_refusal(refused->refusal), "clay would lie behind a wall");
+    EXPECT_NE(refused->refusal.find("between the walls"), std::string::npos) << refused->refusal;
+    EXPECT_LT(length(ball()->pose.p - (behind - Vec3<double>{0.9, 0, 0})), 1e-12);
     EXPECT_EQ(refused->failure, "");
     EXPECT_EQ(desk.view(*refused, hands).failure, "");
     live.advance_to(0.05);
@@ -122,10 +132,11 @@ TEST_F(PanelDeskTest, shows_no_gravity_in_a_scene_that_has_none_and_can_give_it_
     EXPECT_TRUE(desk.view(*live.state(), hands).gravity);
     std::vector<std::string> without = settings;
     without.push_back("gravity=[0,0,0]");
-    live.load("scenes/squeeze.json", without);
+    live.send(Open{"scenes/squeeze.json", without, {}});
     live.wait_for_commands();
     EXPECT_FALSE(desk.view(*live.state(), hands).gravity);
-    EXPECT_EQ(length(desk.gravity_of(*live.state())), 0);
+    EXPECT_EQ(length(live.state()->document->scene->gravity), 0);
+    EXPECT_EQ(length(config().gravity), 0);
     act(PanelAct::gravity);
     EXPECT_TRUE(desk.view(*live.state(), hands).gravity);
     EXPECT_NEAR(config().gravity.y, -9.81, 1e-6);
@@ -151,7 +162,7 @@ TEST_F(PanelDeskTest, makes_the_surface_finer_while_the_clay_stays)
     for (int i = 0; i < 4; ++i) act(PanelAct::surface, -1);
     EXPECT_EQ(desk.view(*live.state(), hands).surface, 16) << "no coarser";
     EXPECT_EQ(live.state()->refused, 0);
-    live.set_surface(4000);
+    live.send(SetSurface{4000});
     live.wait_for_commands();
     EXPECT_EQ(live.state()->refused, 1);
 }
@@ -163,6 +174,7 @@ TEST_F(PanelDeskTest, begins_anew_by_reset_cells_and_scene)
     act(PanelAct::reset);
     EXPECT_EQ(live.state()->history, before + 1);
     EXPECT_TRUE(desk.view(*live.state(), hands).gravity) << "that of the scene";
+    EXPECT_EQ(desk.view(*live.state(), hands).material, "clay");
     const int nodes = desk.view(*live.state(), hands).nodes;
     act(PanelAct::cells, 1);
     EXPECT_GT(desk.view(*live.state(), hands).nodes, nodes);
@@ -171,6 +183,81 @@ TEST_F(PanelDeskTest, begins_anew_by_reset_cells_and_scene)
     EXPECT_EQ(live.state()->failure, "");
     act(PanelAct::scene, -1);
     EXPECT_EQ(desk.view(*live.state(), hands).scene, "squeeze");
+}
+
+// What another lattice would lose is kept; a reset makes way for it.
+TEST_F(PanelDeskTest, refuses_another_lattice_while_work_would_be_lost)
+{
+    act(PanelAct::gravity);
+    const auto before = live.state();
+    desk.apply({PanelAct::cells, 1}, *before, live, hands);
+    live.wait_for_commands();
+    const auto after = live.state();
+    EXPECT_EQ(after->history, before->history);
+    EXPECT_EQ(after->refused, 1);
+    EXPECT_NE(after->refusal.find("would be lost"), std::string::npos) << after->refusal;
+    EXPECT_FALSE(desk.view(*after, hands).gravity) << "no part of it is lost";
+    HeadsetNotices notices([](const std::string&) {});
+    notices.follow(*after, 1);
+    EXPECT_EQ(notices.at(1), after->refusal);
+}
+
+TEST_F(PanelDeskTest, shows_why_a_locked_object_keeps_its_material)
+{
+    live.send(SetFlags{ObjectId{1}, true, {}});
+    live.wait_for_commands();
+    const double before = config().materials[0].mu;
+    const PanelView shown = desk.view(*live.state(), hands);
+    desk.apply({PanelAct::stiffness, 0, 0.1f, 1}, *live.state(), live, hands);
+    live.wait_for_commands();
+    const auto after = live.state();
+    HeadsetNotices notices([](const std::string&) {});
+    notices.follow(*after, 1);
+    EXPECT_NE(notices.at(1).find("\"ball\" is locked"), std::string::npos) << notices.at(1);
+    EXPECT_EQ(config().materials[0].mu, before);
+    EXPECT_EQ(desk.view(*after, hands).stiffness, shown.stiffness);
+    EXPECT_EQ(desk.view(*after, hands).material, shown.material);
+}
+
+// Between the beginning and the end of carrying, clay goes with the palm and does not fall.
+TEST_F(PanelDeskTest, clay_that_is_carried_follows_the_palm_without_gravity)
+{
+    SetHands away;
+    away.left.present = away.right.present = false;
+    live.send(away);
+    double time = 0;
+    const auto hold = [&](double seconds, Vec3<float> at) {
+        for (const double end = time + seconds; time < end;) {
+            time += 1.0 / 90;
+            HandFrame frame;
+            frame.time = time;
+            frame.hand[right] = open_hand(right);
+            for (auto& joint : frame.hand[right].joints) joint.p = joint.p + at;
+            frame.hand[right].tracked = true;
+            frame.hand[right].valid.fill(true);
+            live.push(frame);
+            live.advance_to(time);
+        }
+    };
+    hold(0.5, {0, 0, 0});
+    const Vec3<double> before = ball()->pose.p;
+    const double gravity = config().gravity.y;
+    EXPECT_LT(gravity, 0);
+    live.send(Carry{{ObjectId{1}}, right, true}, Origin::headset);
+    hold(0.1, {0, 0, 0});
+    EXPECT_EQ(length(config().gravity), 0);
+    hold(0.5, {0.02f, 0.04f, 0});
+    hold(1, {0.02f, 0.04f, 0});
+    EXPECT_EQ(live.state()->refused, 0) << live.state()->refusal;
+    const Vec3<double> wanted = live.state()->hands.zoom * Vec3<double>{0.02, 0.04, 0};
+    EXPECT_LT(length(ball()->pose.p - before - wanted), 0.02 * length(wanted));
+    const double low = lowest(*live.state());
+    EXPECT_GT(low, 0.046875 + 0.9 * wanted.y) << "it does not fall";
+    live.send(Carry{{ObjectId{1}}, right, false}, Origin::headset);
+    hold(0.2, {0, 0, 0});
+    EXPECT_EQ(config().gravity.y, gravity);
+    EXPECT_LT(lowest(*live.state()), low - 0.05) << "it falls";
+    EXPECT_LT(length(ball()->pose.p - before - wanted), 0.02 * length(wanted));
 }
 
 }  // namespace

@@ -207,6 +207,29 @@ TEST(Panel, has_sliders_that_follow_the_finger_in_steps_that_matter)
     EXPECT_FLOAT_EQ(panel.poke(right, tip_on(slider, -0.005f, 1.3f), true, 0)->value, 1);
 }
 
+TEST(Panel, numbers_the_drags_of_its_sliders)
+{
+    HeadsetPanel panel;
+    const PanelItem& slider = item_of(panel, PanelAct::yield);
+    const auto drag = [&](Side side, float along) {
+        const auto pressed = panel.poke(side, tip_on(slider, -0.005f, along), true, 0);
+        return pressed ? pressed->drag : 0;
+    };
+    panel.poke(right, tip_on(slider, 0.05f), true, 0);
+    const unsigned first = drag(right, 0.2f);
+    EXPECT_GT(first, 0u);
+    EXPECT_EQ(drag(right, 0.4f), first);
+    panel.poke(left, tip_on(slider, 0.05f), true, 0);
+    const unsigned other = drag(left, 0.3f);
+    EXPECT_GT(other, first);
+    EXPECT_EQ(drag(right, 0.6f), first) << "it is still held";
+    panel.poke(right, tip_on(slider, 0.05f), true, 0);
+    EXPECT_GT(drag(right, 0.6f), other) << "let go and pressed again";
+    const PanelItem& pause = item_of(panel, PanelAct::pause);
+    panel.poke(right, tip_on(pause, 0.05f), true, 0);
+    EXPECT_EQ(panel.poke(right, tip_on(pause, -0.005f), true, 0)->drag, 0u) << "no slider";
+}
+
 TEST(Panel, shows_what_it_is_told)
 {
     const HeadsetPanel panel;

@@ -2,7 +2,10 @@
 #include <random>
 
 #include "host/assets/procedural_object.h"
+#include "host/document/command_table.h"
+#include "host/document/command_text.h"
 #include "host/hands/filter.h"
+#include "host/hands/posture.h"
 #include "host/live/live_session.h"
 #include "tests/vr/vr_run.h"
 
@@ -78,7 +81,7 @@ TEST_F(VrScenes, a_pot_of_splats_is_shaped_as_by_a_run)
               load_live_scene(path("scene.json"))->scene.setup.gaussians.size())
         << "some were split";
     EXPECT_EQ(report["simulation"]["state_hash"], replayed(path("r.hands")));
-    EXPECT_FALSE(fs::exists(path("r.hands.actions"))) << "nothing was done beside the hands";
+    EXPECT_FALSE(fs::exists(path("r.hands.commands"))) << "nothing was done beside the hands";
     int eyes = 0;
     for (const Json& line : log)
         if (line.contains("eyes") && line["eyes"][0].contains("file"))
@@ -169,24 +172,77 @@ TEST_F(VrScenes, what_the_panel_did_is_played_by_a_run_to_the_same_state)
     expect_sound();
     EXPECT_EQ(report["simulation"]["trouble"], "");
     EXPECT_GE(report["hands"]["actions"], 5);
-    std::ifstream in(path("r.hands.actions"));
-    const Json actions = Json::parse(in);
+    const CommandLog kept = read_command_log(path("r.hands.commands"), "");
+    EXPECT_EQ(kept.scene, "scenes/squeeze.json");
     std::vector<std::string> done;
-    for (const Json& one : actions["actions"]) done.push_back(one["do"]);
-    const std::vector<std::string> wanted{"began", "material", "hands", "material", "gravity"};
+    for (const LoggedCommand& one : kept.commands) done.push_back(row_of(one.command).name);
+    const std::vector<std::string> wanted{"mark", "set_material", "set_hands", "set_material",
+                                          "set_gravity"};
     EXPECT_EQ(done, wanted);
-    EXPECT_EQ(actions["actions"][0]["by"], "reset");
+    EXPECT_EQ(kept.commands.at(0).frame, 0);
+    EXPECT_EQ(std::get<Mark>(kept.commands.at(0).command).text, "reset");
+    EXPECT_EQ(report["hands"]["actions"], done.size());
     const std::string state = report["simulation"]["state_hash"];
     EXPECT_EQ(replayed(path("r.hands")), state);
-    fs::rename(path("r.hands.actions"), path("aside"));
+    fs::rename(path("r.hands.commands"), path("aside"));
     EXPECT_NE(replayed(path("r.hands")), state) << "the hands alone";
     // Beside another recording they are refused.
-    fs::rename(path("aside"), path("poke.hands.actions"));
+    fs::rename(path("aside"), path("poke.hands.commands"));
     std::string said;
     std::vector<std::string> words{KNEAD_XR_PROGRAM, "run"};
     words.insert(words.end(), scene.begin(), scene.end());
     words.insert(words.end(), {"--hands", path("poke.hands")});
     EXPECT_EQ(output_of(words, said, 60), exit_input);
+}
+
+// A right hand whose palm is at `place` [m], closed by `share`.
+Hand closed_hand(Vec3<double> place, double share)
+{
+    const Pose pose = posed(right, {{1, 0, 0, 0}, {0, 0, 0}}, gripped(share));
+    const Vec3<double> shift = place - pose[palm].p;
+    Hand hand;
+    for (std::size_t j = 0; j < joint_count; ++j)
+        hand.joints[j] = {cast<float>(pose[j].q), cast<float>(pose[j].p + shift)};
+    hand.tracked = true;
+    hand.valid.fill(true);
+    return hand;
+}
+
+// A fist lifts the ball and lets it fall: two commands, of which a run makes the same state.
+TEST_F(VrScenes, a_fist_carries_clay_as_a_run_does)
+{
+    panel = true;
+    Recording recording = poking({PanelAct::hold});
+    const auto add = [&](int frames, double from, double to, double share) {
+        for (int k = 0; k < frames; ++k) {
+            HandFrame frame;
+            frame.time = double(recording.frames.size()) / 90.0;
+            frame.hand[right] = closed_hand({0, 0.09 + from + (to - from) * k / frames, 0}, share);
+            for (auto& joint : frame.hand[left].joints) joint = {{0, 0, 0, 0}, {0, 0, 0}};
+            recording.frames.push_back(frame);
+        }
+    };
+    add(30, 0, 0, 0), add(30, 0, 0, 1), add(60, 0, 0.06, 1), add(30, 0.06, 0.06, 0);
+    write_recording(path("fist.hands"), recording);
+    Json script = squeeze();
+    script["render_every"] = 1000;
+    script["hands"] = path("fist.hands");
+    ASSERT_EQ(vr(script, {"--frames", "205", "--record", path("r.hands")}), exit_ok);
+    expect_sound();
+    EXPECT_EQ(report["simulation"]["trouble"], "");
+    const CommandLog kept = read_command_log(path("r.hands.commands"), "");
+    std::vector<std::string> done;
+    for (const LoggedCommand& one : kept.commands) done.push_back(row_of(one.command).name);
+    ASSERT_EQ(done, (std::vector<std::string>{"set_hands", "carry", "carry"}));
+    const Carry &begin = std::get<Carry>(kept.commands[1].command),
+                &end = std::get<Carry>(kept.commands[2].command);
+    EXPECT_TRUE(begin.begins);
+    EXPECT_FALSE(end.begins);
+    EXPECT_EQ(begin.side, right);
+    const std::string state = report["simulation"]["state_hash"];
+    EXPECT_EQ(replayed(path("r.hands")), state);
+    fs::remove(path("r.hands.commands"));
+    EXPECT_NE(replayed(path("r.hands")), state) << "the hands alone";
 }
 
 // Where the origin is on the floor, the clay is put before the head; the panel's button changes

@@ -1,7 +1,8 @@
-#include "host/session/carry.h"
+#include "host/session/fist_gesture.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace knead {
 namespace {
@@ -22,6 +23,18 @@ std::optional<float> straightness(const Hand& hand, JointName tip)
     return length(hand.joints[tip].p - hand.joints[wrist].p) / way;
 }
 
+// Category of the clay nearest to a point, if any is nearer than `reach` [m].
+std::optional<int> nearest_clay(Vec3<double> point, const std::vector<Mesh>& clay, double reach)
+{
+    std::optional<int> category;
+    for (const Mesh& mesh : clay)
+        for (const Vec3<float>& at : mesh.vertices) {
+            const double far = length(cast<double>(at) - point);
+            if (far < reach) reach = far, category = mesh.category;
+        }
+    return category;
+}
+
 }  // namespace
 
 float closure(const Hand& hand)
@@ -36,7 +49,7 @@ float closure(const Hand& hand)
     return clamp((flat - sum) / (flat - fist), 0.f, 1.f);
 }
 
-void Carry::close(const HandFrame& hands)
+void FistGesture::close(const HandFrame& hands)
 {
     for (int side = 0; side < side_count; ++side) {
         const float now = closure(hands.hand[side]);
@@ -44,33 +57,12 @@ void Carry::close(const HandFrame& hands)
     }
 }
 
-Carry::Answer Carry::carry(const Joint<double>& palm, const std::vector<Mesh>& clay, double nearest)
-{
-    Answer answer;
-    if (!category) {
-        for (const Mesh& mesh : clay)
-            for (const Vec3<float>& at : mesh.vertices) {
-                const double far = length(cast<double>(at) - palm.p);
-                if (far < nearest) nearest = far, category = mesh.category;
-            }
-        answer.took = category.has_value();
-        last = palm;
-    }
-    if (!category) return answer;
-    answer.category = category;
-    const Quat<double> turn = unit(palm.q * conjugate(last->q));
-    answer.motion = {turn, palm.p - rotate(turn, last->p)};
-    last = palm;
-    return answer;
-}
-
-Carry::Answer Carry::frame(const HandFrame& hands, const HandsOptions& options,
-                           const std::vector<Mesh>& clay)
+FistGesture::Answer FistGesture::frame(const HandFrame& hands, const HandsOptions& options,
+                                       const std::vector<Mesh>& clay)
 {
     close(hands);
-    const bool both = fist[left] && fist[right];
     Answer answer;
-    if (both && !holds()) {
+    if (fist[left] && fist[right] && !holding) {
         const double now = length(
             cast<double>(hands.hand[right].joints[palm].p - hands.hand[left].joints[palm].p));
         if (apart > 0.02 && now > 0.02) answer.zoom = clamp(now / apart, 0.8, 1.25);
@@ -78,16 +70,18 @@ Carry::Answer Carry::frame(const HandFrame& hands, const HandsOptions& options,
         return answer;
     }
     apart = 0;
-    if (!holds()) by = fist[left] ? left : right;
+    if (!holding) by = fist[left] ? left : right;
+    answer.by = by;
     if (!fist[std::size_t(by)]) {
-        answer.let_go = holds();
-        category.reset();
+        answer.let_go = std::exchange(holding, false);
         return answer;
     }
-    const Joint<float>& at = hands.hand[by].joints[palm];
-    const Joint<double> placed{unit(cast<double>(at.q)),
-                               options.at + options.zoom * cast<double>(at.p)};
-    return carry(placed, clay, options.zoom * reach);
+    if (holding) return answer;
+    const Vec3<double> palm_at = cast<double>(hands.hand[by].joints[palm].p);
+    answer.took =
+        nearest_clay(options.at + options.zoom * palm_at, clay, options.zoom * double(reach));
+    holding = answer.took.has_value();
+    return answer;
 }
 
 }  // namespace knead

@@ -1,5 +1,5 @@
-// Fists that carry clay as a whole, and two that zoom.
-#include "host/session/carry.h"
+// Fists that take clay and let it go, and two that zoom.
+#include "host/session/fist_gesture.h"
 
 #include <gtest/gtest.h>
 
@@ -56,51 +56,54 @@ TEST(Closure, is_none_of_a_flat_hand_and_all_of_a_fist)
     }
 }
 
-TEST(Carry, carries_clay_with_the_fist_that_closed_on_it)
+TEST(FistGesture, takes_the_nearest_clay_once_and_holds_it_until_the_fist_opens)
 {
-    Carry hold;
+    FistGesture hold;
     HandFrame hands;
     hands.hand[right] = hand_at(right, {0.02, 0, 0}, 0);
-    EXPECT_FALSE(hold.frame(hands, options(), clay()).category);
+    EXPECT_FALSE(hold.frame(hands, options(), clay()).took);
     hands.hand[right] = hand_at(right, {0.02, 0, 0}, 1);
     const auto took = hold.frame(hands, options(), clay());
-    ASSERT_TRUE(took.category);
-    EXPECT_EQ(*took.category, 3);
-    EXPECT_TRUE(took.took);
-    EXPECT_LT(length(took.motion.p), 1e-6) << "it does not leap";
+    ASSERT_TRUE(took.took);
+    EXPECT_EQ(*took.took, 3);
+    EXPECT_EQ(took.by, right);
+    EXPECT_TRUE(hold.holds());
 
-    hands.hand[right] = hand_at(right, {0.02, 0.1, 0}, 1, 0.5);
+    // Far from all clay, and with the other fist at it: what is held stays held.
+    hands.hand[right] = hand_at(right, {0.02, 0.5, 0}, 1, 0.5);
+    hands.hand[left] = hand_at(left, {0.02, 0, 0}, 1);
     const auto moved = hold.frame(hands, options(), clay());
-    ASSERT_TRUE(moved.category);
-    EXPECT_FALSE(moved.took);
-    // What was in the palm stays in the palm: at + zoom * palm.
-    const Vec3<double> before{1.04, 1, 1}, after{1.04, 1.2, 1};
-    EXPECT_LT(length(rotate(moved.motion.q, before) + moved.motion.p - after), 1e-6);
-    EXPECT_NEAR(moved.motion.q.y, std::sin(0.25), 1e-5);
+    EXPECT_FALSE(moved.took || moved.let_go);
+    EXPECT_EQ(moved.zoom, 1);
+    EXPECT_TRUE(hold.holds());
 
+    hands.hand[left].tracked = false;
     hands.hand[right] = hand_at(right, {0.02, 0.1, 0}, 0);
     const auto freed = hold.frame(hands, options(), clay());
     EXPECT_TRUE(freed.let_go);
-    EXPECT_FALSE(freed.category);
+    EXPECT_EQ(freed.by, right);
+    EXPECT_FALSE(hold.holds());
     EXPECT_FALSE(hold.frame(hands, options(), clay()).let_go);
 }
 
-TEST(Carry, takes_nothing_that_is_out_of_reach_and_lets_go_where_a_hand_is_lost)
+TEST(FistGesture, takes_nothing_that_is_out_of_reach_and_lets_go_where_a_hand_is_lost)
 {
-    Carry hold;
+    FistGesture hold;
     HandFrame hands;
     hands.hand[left] = hand_at(left, {0.3, 0, 0}, 1);
-    EXPECT_FALSE(hold.frame(hands, options(), clay()).category);
-    EXPECT_FALSE(hold.frame(hands, options(), {}).category) << "no clay at all";
+    EXPECT_FALSE(hold.frame(hands, options(), clay()).took);
+    EXPECT_FALSE(hold.frame(hands, options(), {}).took) << "no clay at all";
     hands.hand[left] = hand_at(left, {0.02, 0, 0}, 1);
-    EXPECT_TRUE(hold.frame(hands, options(), clay()).category);
+    const auto took = hold.frame(hands, options(), clay());
+    EXPECT_TRUE(took.took);
+    EXPECT_EQ(took.by, left);
     hands.hand[left].tracked = false;
     EXPECT_TRUE(hold.frame(hands, options(), clay()).let_go);
 }
 
-TEST(Carry, zooms_by_the_way_between_two_fists)
+TEST(FistGesture, zooms_by_the_way_between_two_fists)
 {
-    Carry hold;
+    FistGesture hold;
     HandFrame hands;
     hands.hand[left] = hand_at(left, {-0.4, 0.3, 0}, 1);
     hands.hand[right] = hand_at(right, {0.4, 0.3, 0}, 1);

@@ -1,0 +1,128 @@
+// Commands: the only way to change a document, or the session that it is in. They hold absolute
+// values, so the last of several wins and a replay cannot apply a change twice. Each has one row,
+// with its fields, in command_table.h.
+#pragma once
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "host/document/document.h"
+
+namespace knead {
+
+// An object by its id or by its name. A name that no object or several objects have is refused.
+struct ObjectRef {
+    std::variant<ObjectId, std::string> by;
+    ObjectRef() = default;
+    ObjectRef(ObjectId id) : by(id) {}
+    ObjectRef(std::string name) : by(std::move(name)) {}
+};
+
+// Of the document. An optional value that is absent stays as it is.
+struct AddObject {
+    SceneObject object;  // id 0: a new one is given to it
+};
+struct RemoveObjects {
+    std::vector<ObjectRef> objects;
+};
+struct PlaceObject {
+    ObjectRef object;
+    std::optional<Vec3<double>> centre;    // [m]
+    std::optional<Quat<double>> rotation;  // from the object's frame
+};
+struct SetMaterial {
+    ObjectRef object;
+    MaterialSpec material;
+};
+struct SetCategory {
+    ObjectRef object;
+    int category = 0;
+};
+struct Rename {
+    ObjectRef object;
+    std::string name;
+};
+struct SetFlags {
+    ObjectRef object;
+    std::optional<bool> locked, hidden;
+};
+struct SetGravity {
+    Vec3<double> gravity{};  // [m/s^2]
+};
+struct SetWalls {
+    std::optional<Vec3<double>> min, max;  // [m]
+    std::optional<ContactMode> contact_mode;
+    std::optional<double> friction;
+};
+struct SetHand {
+    std::optional<bool> present;
+    std::optional<std::string> held;
+};
+struct SetHands {
+    SetHand left, right;
+    std::optional<double> zoom;
+    std::optional<Vec3<double>> at;  // [m]
+};
+struct SetSurface {
+    int nodes = 0;  // along the longest side
+};
+struct SetLattice {
+    int cells = 0;  // along the longest axis
+};
+
+// Of the session.
+struct Carry {
+    std::vector<ObjectRef> objects;
+    Side side = right;
+    bool begins = false;  // between begin and end, the frames of this hand move the objects
+};
+struct Open {
+    std::string file;
+    std::vector<std::string> settings;  // --set
+    std::optional<int> cells;           // along the longest axis; absent: as in the file
+};
+struct Reset {};
+struct Pause {
+    bool on = false;
+};
+struct Advance {
+    int frames = 1;
+};
+struct Play {
+    bool recorded = false;
+};
+struct Mark {
+    std::string text;
+};
+
+using Command = std::variant<AddObject, RemoveObjects, PlaceObject, SetMaterial, SetCategory,
+                             Rename, SetFlags, SetGravity, SetWalls, SetHands, SetSurface,
+                             SetLattice, Carry, Open, Reset, Pause, Advance, Play, Mark>;
+
+enum class Origin { window, headset, script, replay };
+
+// A command as it was sent.
+struct Issued {
+    Command command;
+    long serial = 0;
+    Origin origin = Origin::window;
+    // Not 0: of one drag of a control. Of several commands of a drag that wait for the same frame,
+    // for the same object, only the last is applied.
+    unsigned drag = 0;
+};
+
+// Why a command was refused. It has changed nothing.
+struct Refusal {
+    std::string why;
+    std::string field;  // of the command; "": the command as a whole
+    std::string text() const { return field.empty() ? why : field + ": " + why; }
+};
+
+// What became of a command.
+struct CommandAnswer {
+    std::optional<Refusal> refusal;
+    Command applied;  // with ids in place of names, and the id given to a new object
+};
+
+}  // namespace knead

@@ -1,0 +1,30 @@
+#include "host/document/command_table.h"
+
+namespace knead {
+
+std::string always_available(const Situation&) { return ""; }
+
+std::string needs_simulation(const Situation& s)
+{
+    return s.simulation ? "" : "there is no simulation";
+}
+
+std::string needs_edits(const Situation& s)
+{
+    if (!s.simulation) return needs_simulation(s);
+    return s.editable ? "" : "this simulator takes no edits (--device cpu:double)";
+}
+
+std::string needs_live(const Situation& s)
+{
+    return s.live ? "" : "a run has one scene and one beginning";
+}
+
+std::string needs_no_work(const Situation& s)
+{
+    if (!s.live) return "a run's lattice is given before it begins: --cells, --set domain.cells";
+    if (s.work.empty()) return "";
+    return "another lattice begins the scene again, and " + s.work + " would be lost; reset first";
+}
+
+}  // namespace knead

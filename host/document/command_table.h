@@ -1,0 +1,355 @@
+// The one table of commands. A row has a command's name in files, its texts, its fields with units
+// and ranges, who receives it, how it is undone, and when it is available. The JSON codec
+// (command_text.h), `knead help commands`, docs/reference/commands.md, panels, random generators
+// and the fuzzer's dictionary are made from it. A command without a row, and a member without a
+// field, do not compile.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+
+#include "host/base/json_reader.h"
+#include "host/document/command.h"
+#include "host/hands/hands.h"
+
+namespace knead {
+
+enum class Receiver { document, session };
+enum class UndoRule {
+    step,   // each is a step
+    merge,  // the commands of a drag are one step
+    none    // changes nothing that undo restores
+};
+
+// What availability depends on.
+struct Situation {
+    const Document* document = nullptr;
+    bool simulation = true;  // there is one
+    bool editable = true;    // its simulator takes edits
+    bool live = true;        // real or stepped time; false: a batch run
+    // What another lattice, or another scene, would discard; "": nothing.
+    std::string work;
+};
+
+template <class T>
+struct CommandField {
+    const char* key;
+    T member;          // pointer to member
+    const char* help;  // one line, in lower case, without a full stop
+    Bounds range{};    // of numbers, and of the components of vectors; unit ""
+};
+template <class C, class M>
+constexpr CommandField<M C::*> command_field(const char* key, M C::*member, const char* help,
+                                             Bounds range = {})
+{
+    return {key, member, help, range};
+}
+
+struct CommandRow {
+    const char* name;   // in files
+    const char* label;  // on panels
+    const char* help;   // one sentence
+    Receiver receiver;
+    UndoRule undo;
+    std::string (*why_not)(const Situation&);  // why it is not available; "": it is
+};
+
+std::string always_available(const Situation&);
+std::string needs_edits(const Situation&);
+std::string needs_simulation(const Situation&);
+std::string needs_live(const Situation&);
+std::string needs_no_work(const Situation&);
+
+inline constexpr Bounds anywhere{-1000, 1000, "m"};
+inline constexpr Bounds turn_range{-1.001, 1.001};
+
+template <class C>
+struct Row;
+
+template <>
+struct Row<AddObject> {
+    static constexpr CommandRow row{"add_object",
+                                    "Add object",
+                                    "Adds an object of clay, with the keys of a scene's objects.",
+                                    Receiver::document,
+                                    UndoRule::step,
+                                    needs_edits};
+    static constexpr std::tuple fields{command_field(
+        "object", &AddObject::object,
+        "as in a scene's `objects`; also `id`, of a log: the number that was given to it")};
+};
+template <>
+struct Row<RemoveObjects> {
+    static constexpr CommandRow row{
+        "remove_objects",   "Delete",       "Removes objects and their clay.",
+        Receiver::document, UndoRule::step, needs_edits};
+    static constexpr std::tuple fields{
+        command_field("objects", &RemoveObjects::objects, "the objects, at least one")};
+};
+template <>
+struct Row<PlaceObject> {
+    static constexpr CommandRow row{"place_object",
+                                    "Place",
+                                    "Moves an object as a rigid body to a place, with its clay.",
+                                    Receiver::document,
+                                    UndoRule::merge,
+                                    needs_edits};
+    static constexpr std::tuple fields{
+        command_field("object", &PlaceObject::object, "the object"),
+        command_field("centre", &PlaceObject::centre, "of the object's frame; absent: as it is",
+                      anywhere),
+        command_field("rotation", &PlaceObject::rotation,
+                      "quaternion [w, x, y, z] from the object's frame; absent: as it is",
+                      turn_range)};
+};
+template <>
+struct Row<SetMaterial> {
+    static constexpr CommandRow row{
+        "set_material",     "Material",      "Changes the material of an object.",
+        Receiver::document, UndoRule::merge, needs_edits};
+    static constexpr std::tuple fields{
+        command_field("object", &SetMaterial::object, "the object"),
+        command_field("material", &SetMaterial::material,
+                      "as in a scene: a preset's name, or its keys")};
+};
+template <>
+struct Row<SetCategory> {
+    static constexpr CommandRow row{
+        "set_category",
+        "Category",
+        "Changes the category of an object: clay of one category has one surface.",
+        Receiver::document,
+        UndoRule::step,
+        needs_edits};
+    static constexpr std::tuple fields{
+        command_field("object", &SetCategory::object, "the object"),
+        command_field("category", &SetCategory::category, "of its clay", {0, 255})};
+};
+template <>
+struct Row<Rename> {
+    static constexpr CommandRow row{
+        "rename",           "Rename",       "Changes the name of an object.",
+        Receiver::document, UndoRule::step, needs_simulation};
+    static constexpr std::tuple fields{command_field("object", &Rename::object, "the object"),
+                                       command_field("name", &Rename::name, "its new name")};
+};
+template <>
+struct Row<SetFlags> {
+    static constexpr CommandRow row{
+        "set_flags",
+        "Lock, hide",
+        "Locks an object, so that commands do not change it, or hides it from pictures.",
+        Receiver::document,
+        UndoRule::step,
+        needs_simulation};
+    static constexpr std::tuple fields{
+        command_field("object", &SetFlags::object, "the object"),
+        command_field("locked", &SetFlags::locked, "absent: as it is"),
+        command_field("hidden", &SetFlags::hidden, "absent: as it is")};
+};
+template <>
+struct Row<SetGravity> {
+    static constexpr CommandRow row{"set_gravity",      "Gravity",       "Changes gravity.",
+                                    Receiver::document, UndoRule::merge, needs_edits};
+    static constexpr std::tuple fields{command_field(
+        "gravity", &SetGravity::gravity, "acceleration", {-most_gravity, most_gravity, "m/s^2"})};
+};
+template <>
+struct Row<SetWalls> {
+    static constexpr CommandRow row{"set_walls",
+                                    "Walls",
+                                    "Changes the walls; a key that is absent stays as it is.",
+                                    Receiver::document,
+                                    UndoRule::merge,
+                                    needs_edits};
+    static constexpr std::tuple fields{
+        command_field("min", &SetWalls::min, "low corner", {-1000, 1000, "m"}),
+        command_field("max", &SetWalls::max, "high corner", {-1000, 1000, "m"}),
+        command_field("contact_mode", &SetWalls::contact_mode, "how clay touches them"),
+        command_field("friction", &SetWalls::friction, "Coulomb coefficient", {0, 10})};
+};
+template <>
+struct Row<SetHand> {
+    static constexpr std::tuple fields{
+        command_field("present", &SetHand::present, "whether it acts"),
+        command_field("held", &SetHand::held, "a tool, or \"\": the bare hand")};
+};
+template <>
+struct Row<SetHands> {
+    static constexpr CommandRow row{
+        "set_hands",
+        "Tools",
+        "Changes what the hands hold and their size; a key that is absent stays as it is.",
+        Receiver::document,
+        UndoRule::none,
+        needs_edits};
+    static constexpr std::tuple fields{
+        command_field("left", &SetHands::left, "{\"present\": true, \"held\": \"rod\"}"),
+        command_field("right", &SetHands::right, "the same"),
+        command_field("zoom", &SetHands::zoom, "simulation metres per real metre", {0.01, 1000}),
+        command_field("at", &SetHands::at, "of the tracker's origin", anywhere)};
+};
+template <>
+struct Row<SetSurface> {
+    static constexpr CommandRow row{
+        "set_surface",      "Surface",      "Changes the number of nodes of the surface's lattice.",
+        Receiver::document, UndoRule::none, needs_simulation};
+    static constexpr std::tuple fields{command_field("nodes", &SetSurface::nodes,
+                                                     "along its longest side",
+                                                     {fewest_surface_nodes, most_surface_nodes})};
+};
+template <>
+struct Row<SetLattice> {
+    static constexpr CommandRow row{
+        "set_lattice",
+        "Cells",
+        "Begins the scene again on another lattice; refused when clay or settings would be lost.",
+        Receiver::session,
+        UndoRule::none,
+        needs_no_work};
+    static constexpr std::tuple fields{
+        command_field("cells", &SetLattice::cells, "along the longest axis", {8, 1024})};
+};
+template <>
+struct Row<Carry> {
+    static constexpr CommandRow row{
+        "carry",
+        "Carry",
+        "Begins or ends to carry objects with a hand: in between they move with its palm.",
+        Receiver::session,
+        UndoRule::step,
+        needs_edits};
+    static constexpr std::tuple fields{command_field("objects", &Carry::objects, "the objects"),
+                                       command_field("side", &Carry::side, "the hand"),
+                                       command_field("begins", &Carry::begins, "false: ends")};
+};
+template <>
+struct Row<Open> {
+    static constexpr CommandRow row{
+        "open",         "Open",    "Opens a scene in place of the current one.", Receiver::session,
+        UndoRule::none, needs_live};
+    static constexpr std::tuple fields{
+        command_field("file", &Open::file, "a scene"),
+        command_field("settings", &Open::settings,
+                      "as by --set; those that do not fit are left out"),
+        command_field("cells", &Open::cells, "along the longest axis; absent: as in the file",
+                      {8, 1024})};
+};
+template <>
+struct Row<Reset> {
+    static constexpr CommandRow row{
+        "reset",           "Reset",        "Begins the scene again from its file.",
+        Receiver::session, UndoRule::none, needs_live};
+    static constexpr std::tuple<> fields{};
+};
+template <>
+struct Row<Pause> {
+    static constexpr CommandRow row{
+        "pause",           "Pause",        "Pauses the simulation, or goes on. No effect in a run.",
+        Receiver::session, UndoRule::none, always_available};
+    static constexpr std::tuple fields{command_field("on", &Pause::on, "false: goes on")};
+};
+template <>
+struct Row<Advance> {
+    static constexpr CommandRow row{
+        "advance",
+        "Step",
+        "Computes frames while the session is paused. No effect in a run.",
+        Receiver::session,
+        UndoRule::none,
+        always_available};
+    static constexpr std::tuple fields{
+        command_field("frames", &Advance::frames, "how many", {1, 1000000})};
+};
+template <>
+struct Row<Play> {
+    static constexpr CommandRow row{
+        "play",
+        "Recorded hands",
+        "Plays the scene's recorded hands from their start, or stops. No effect in a run.",
+        Receiver::session,
+        UndoRule::none,
+        always_available};
+    static constexpr std::tuple fields{
+        command_field("recorded", &Play::recorded, "false: the hands of the tracker or the mouse")};
+};
+template <>
+struct Row<Mark> {
+    static constexpr CommandRow row{"mark",
+                                    "Mark",
+                                    "Puts a text into the log; changes nothing.",
+                                    Receiver::session,
+                                    UndoRule::none,
+                                    always_available};
+    static constexpr std::tuple fields{command_field("text", &Mark::text, "the text")};
+};
+
+// Number of members of an aggregate.
+namespace arity_detail {
+struct Any {
+    std::size_t unused;
+    template <class T>
+    operator T() const;
+};
+template <class T, std::size_t... I>
+constexpr bool takes(std::index_sequence<I...>)
+{
+    return requires { T{Any{I}...}; };
+}
+}  // namespace arity_detail
+template <class T, std::size_t most = 8>
+constexpr std::size_t arity()
+{
+    if constexpr (most == 0 || arity_detail::takes<T>(std::make_index_sequence<most>{}))
+        return most;
+    else
+        return arity<T, most - 1>();
+}
+
+template <class C>
+constexpr const auto& fields_of()
+{
+    constexpr auto count = std::tuple_size_v<std::remove_cvref_t<decltype(Row<C>::fields)>>;
+    static_assert(count == arity<C>(), "a member without a field, or a field too many");
+    return Row<C>::fields;
+}
+
+// Calls visit(field, member) for each field of a command, or of a part of one.
+template <class C, class Visit>
+void for_each_field(C& command, const Visit& visit)
+{
+    std::apply([&](const auto&... f) { (visit(f, command.*(f.member)), ...); },
+               fields_of<std::remove_const_t<C>>());
+}
+
+// The rows, in the order of the variant's alternatives.
+template <class V>
+struct RowsOf;
+template <class... C>
+struct RowsOf<std::variant<C...>> {
+    static constexpr std::array<CommandRow, sizeof...(C)> all{Row<C>::row...};
+};
+inline constexpr auto& command_rows = RowsOf<Command>::all;
+
+inline const CommandRow& row_of(const Command& command) { return command_rows[command.index()]; }
+
+// Calls visit(std::in_place_type<C>) for the alternative of that name; false: there is none.
+template <class Visit, std::size_t... I>
+bool visit_command_type(std::string_view name, const Visit& visit, std::index_sequence<I...>)
+{
+    return ((name == command_rows[I].name
+                 ? (visit(std::in_place_type<std::variant_alternative_t<I, Command>>), true)
+                 : false) ||
+            ...);
+}
+template <class Visit>
+bool visit_command_type(std::string_view name, const Visit& visit)
+{
+    return visit_command_type(name, visit,
+                              std::make_index_sequence<std::variant_size_v<Command>>{});
+}
+
+}  // namespace knead

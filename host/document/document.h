@@ -1,0 +1,95 @@
+// What a scene is: a small immutable value. Commands (command.h) make new documents of it; the
+// particles of the clay are in the solver. docs/method/document.md.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/scene/scene.h"
+#include "host/solver/material_spec.h"
+
+namespace knead {
+
+// Of an object; never used twice in a session, also not after the object was removed. 0: none.
+struct ObjectId {
+    std::uint32_t value = 0;
+    auto operator<=>(const ObjectId&) const = default;
+};
+
+// Where an object's clay came from. The clay itself is in the solver.
+struct ObjectSource {
+    ShapeKind shape = ShapeKind::sphere;
+    Vec3<double> size{};      // full extents in the object's frame [m]; of shape `splats`: 0
+    Vec3<double> velocity{};  // of new clay [m/s]
+    double per_cell = 8;      // particles per cell
+    SplatsOptions splats;     // of shape `splats`
+};
+
+// All poses are in the frame of the scene's file.
+struct SceneObject {
+    ObjectId id;
+    std::string name;         // a label: several objects may have the same
+    int category = 0;         // 0 to 255; a surface is made per category
+    MaterialSpec material{};  // as stated; its name is that of the preset
+    RigidMotion<double> pose{{1, 0, 0, 0}, {0, 0, 0}};  // from the object's frame [m]
+    ObjectSource source;
+    bool locked = false;  // commands do not change it
+    bool hidden = false;  // not drawn
+};
+
+struct SceneSettings {
+    Vec3<double> gravity{};  // [m/s^2]
+    WallOptions walls{};     // in the frame of the scene's file [m]
+    int cells = 0;           // of the lattice, along its longest axis
+    int surface_nodes = 0;   // along the longest axis of the surface's lattice
+};
+
+struct HandSettings {
+    std::string held[side_count];  // "": the bare hand; else a tool's name
+    bool present[side_count] = {true, true};
+    double zoom = 1;    // simulation metres per real metre
+    Vec3<double> at{};  // of the tracker's origin in the frame of the scene's file [m]
+};
+
+// Copies share what they have in common: a copy costs a pointer per object.
+struct Document {
+    std::vector<std::shared_ptr<const SceneObject>> objects;  // in the order of their ids
+    std::shared_ptr<const SceneSettings> scene = std::make_shared<const SceneSettings>();
+    std::shared_ptr<const HandSettings> hands = std::make_shared<const HandSettings>();
+
+    const SceneObject* find(ObjectId id) const;  // nullptr: there is none
+    std::vector<int> hidden_categories() const;  // those whose objects are all hidden
+};
+using DocumentPtr = std::shared_ptr<const Document>;
+
+constexpr int most_objects = 256;
+constexpr std::uint32_t highest_id = 0x7fffffff;
+constexpr int fewest_surface_nodes = 8, most_surface_nodes = 1024;
+
+// To the bit, as in document_text(): 0 and -0 differ.
+bool equal(Vec3<double> a, Vec3<double> b);
+bool equal(const MaterialSpec& a, const MaterialSpec& b);
+bool equal(const SceneObject& a, const SceneObject& b);
+bool equal(const SceneSettings& a, const SceneSettings& b);
+bool equal(const HandSettings& a, const HandSettings& b);
+bool equal(const Document& a, const Document& b);
+std::uint64_t hash(const Document& document);         // of document_text()
+std::string document_text(const Document& document);  // canonical JSON, numbers to the bit
+
+// The document of a scene as read, or built: its objects have the ids 1, 2, ... in their order.
+Document document_of(const Scene& scene);
+// The scene of a document: `scene` with the document's objects, gravity, walls, surface and hands
+// in place of its own, as if read from a file, not built. The lattice stays that of `scene`. Throws
+// InputError for what the reader of scenes refuses, too.
+Scene scene_of(Scene scene, const Document& document);
+
+// An object as scenes and documents write it.
+SceneObject scene_object(const Object& object, ObjectId id);
+Object object_of(const SceneObject& object);
+
+// The hands of a scene with the settings of a document. `origin`: Scene::origin [m].
+HandsOptions hands_with(HandsOptions hands, const HandSettings& settings, Vec3<double> origin);
+HandSettings settings_of(const HandsOptions& hands, Vec3<double> origin);
+
+}  // namespace knead

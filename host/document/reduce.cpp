@@ -1,0 +1,435 @@
+#include "host/document/reduce.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cuda/math/rotation.h"
+#include "host/document/command_table.h"
+#include "host/scene/object_json.h"
+#include "host/scene/seed.h"
+
+namespace knead {
+namespace {
+
+struct Refused {
+    Refusal refusal;
+};
+[[noreturn]] void refuse(const std::string& field, const std::string& why)
+{
+    throw Refused{{why, field}};
+}
+
+const SceneObject& object_in(const Document& d, const ObjectRef& ref, const std::string& field)
+{
+    if (const ObjectId* id = std::get_if<ObjectId>(&ref.by)) {
+        if (const SceneObject* found = d.find(*id)) return *found;
+        refuse(field, fmt::format("there is no object {}", id->value));
+    }
+    const std::string& name = std::get<std::string>(ref.by);
+    const SceneObject* found = nullptr;
+    int count = 0;
+    for (const auto& o : d.objects)
+        if (o->name == name) found = o.get(), ++count;
+    if (count == 1) return *found;
+    std::vector<std::string> names;
+    for (const auto& o : d.objects) names.push_back(o->name);
+    const std::string near = count == 0 ? likely_name(name, names) : "";
+    refuse(field, count == 0
+                      ? fmt::format("there is no object \"{}\"{}", name.substr(0, 60),
+                                    near.empty() ? "" : "; the nearest name is \"" + near + "\"")
+                      : fmt::format("{} objects have the name \"{}\": give a number", count,
+                                    name.substr(0, 60)));
+}
+
+// Texts that are not could not be written into a log.
+bool is_utf8(const std::string& text)
+{
+    const auto byte = [&](std::size_t i) {
+        return i < text.size() ? unsigned(static_cast<unsigned char>(text[i])) : 0u;
+    };
+    for (std::size_t i = 0; i < text.size();) {
+        const unsigned first = byte(i);
+        const int more = first < 0x80         ? 0
+                         : first >> 5 == 0x06 ? 1
+                         : first >> 4 == 0x0e ? 2
+                         : first >> 3 == 0x1e ? 3
+                                              : -1;
+        if (more < 0) return false;
+        unsigned value = more ? first & (0x3fu >> more) : first;
+        for (int k = 1; k <= more; ++k) {
+            if (byte(i + std::size_t(k)) >> 6 != 0x02) return false;
+            value = value << 6 | (byte(i + std::size_t(k)) & 0x3f);
+        }
+        constexpr unsigned least[] = {0, 0x80, 0x800, 0x10000};
+        if (value < least[more] || value > 0x10ffff || value >> 11 == 0x1b) return false;
+        i += std::size_t(more) + 1;
+    }
+    return true;
+}
+
+// Numbers of a command from a panel or a program, which no reader has checked.
+void check_range(const char* field, double value, const Bounds& range)
+{
+    const bool low = range.above ? value > range.low : value >= range.low;
+    if (low && value <= range.high) return;
+    refuse(field, fmt::format("expected {}, found {}", described(range), short_number(value)));
+}
+struct CheckRanges {
+    template <class F>
+    void operator()(const F& f, double value) const
+    {
+        check_range(f.key, value, f.range);
+    }
+    template <class F>
+    void operator()(const F& f, int value) const
+    {
+        check_range(f.key, value, f.range);
+    }
+    template <class F>
+    void operator()(const F& f, const Vec3<double>& v) const
+    {
+        for (const double x : {v.x, v.y, v.z}) check_range(f.key, x, f.range);
+    }
+    template <class F>
+    void operator()(const F& f, const Quat<double>& q) const
+    {
+        const double size = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+        if (!(size > 0.999 && size < 1.001))
+            refuse(f.key, "expected a quaternion [w, x, y, z] of length 1, found one of length " +
+                              short_number(size));
+    }
+    template <class F>
+    void operator()(const F& f, const std::string& text) const
+    {
+        if (text.size() > 1000) refuse(f.key, "expected at most 1000 bytes of text");
+        if (!is_utf8(text)) refuse(f.key, "expected text in UTF-8");
+    }
+    template <class F, class T>
+    void operator()(const F& f, const std::optional<T>& value) const
+    {
+        if (value) (*this)(f, *value);
+    }
+    template <class F>
+    void operator()(const F&, const SetHand& hand) const
+    {
+        for_each_field(hand, *this);
+    }
+    template <class F, class T>
+    void operator()(const F&, const T&) const
+    {
+    }
+};
+
+class Reduction {
+  public:
+    Reduction(const DocumentPtr& from, IdSource& source) : d(*from), ids(source), same(from) {}
+
+    DocumentPtr operator()(const AddObject& c)
+    {
+        SceneObject added = c.object;
+        if (int(d.objects.size()) >= most_objects)
+            refuse("object", fmt::format("a scene has at most {} objects", most_objects));
+        if (added.id.value > highest_id)
+            refuse("object", fmt::format("expected a number of at most {}", highest_id));
+        if (added.id.value && ids.used(added.id))
+            refuse("object", fmt::format("the number {} has been used", added.id.value));
+        if (!added.id.value && ids.most() >= highest_id)
+            refuse("object", "all numbers have been used");
+        check_object(added, "object");
+        if (added.id.value)
+            ids.use(added.id);
+        else
+            added.id = ids.next();
+        added.material = normalised(added.material);
+        if (added.source.shape == ShapeKind::splats)
+            added.source.size = {};
+        else
+            added.source.splats = {};
+        if (added.name.empty()) added.name = fmt::format("object {}", added.id.value);
+        Document next = d;
+        next.objects.push_back(std::make_shared<const SceneObject>(std::move(added)));
+        return done(std::move(next));
+    }
+
+    DocumentPtr operator()(const RemoveObjects& c)
+    {
+        if (c.objects.empty()) refuse("objects", "expected at least one object");
+        Document next = d;
+        for (const ObjectRef& ref : c.objects) {
+            const ObjectId id = changeable(ref, "objects").id;
+            if (std::erase_if(next.objects, [&](const auto& o) { return o->id == id; }) == 0)
+                refuse("objects", fmt::format("object {} is named twice", id.value));
+        }
+        return done(std::move(next));
+    }
+
+    DocumentPtr operator()(const PlaceObject& c)
+    {
+        SceneObject o = changeable(c.object);
+        if (c.centre) o.pose.p = *c.centre;
+        if (c.rotation) o.pose.q = unit_rotation(*c.rotation);
+        check_walls(o, c.centre ? "centre" : "rotation");
+        return replaced(o);
+    }
+
+    DocumentPtr operator()(const SetMaterial& c)
+    {
+        SceneObject o = changeable(c.object);
+        o.material = normalised(c.material);
+        check_material(o.material, "material");
+        return replaced(o);
+    }
+
+    DocumentPtr operator()(const SetCategory& c)
+    {
+        SceneObject o = changeable(c.object);
+        o.category = c.category;
+        check_category(o, "category");
+        return replaced(o);
+    }
+
+    DocumentPtr operator()(const Rename& c)
+    {
+        SceneObject o = changeable(c.object);
+        if (c.name.empty()) refuse("name", "expected a name");
+        o.name = c.name;
+        return replaced(o);
+    }
+
+    DocumentPtr operator()(const SetFlags& c)
+    {
+        SceneObject o = object_in(d, c.object, "object");
+        if (c.locked) o.locked = *c.locked;
+        if (c.hidden) o.hidden = *c.hidden;
+        return replaced(o);
+    }
+
+    DocumentPtr operator()(const SetGravity& c)
+    {
+        SceneSettings s = *d.scene;
+        s.gravity = c.gravity;
+        return settled(s);
+    }
+
+    DocumentPtr operator()(const SetWalls& c)
+    {
+        SceneSettings s = *d.scene;
+        if (c.min) s.walls.min = *c.min;
+        if (c.max) s.walls.max = *c.max;
+        if (c.contact_mode) s.walls.mode = *c.contact_mode;
+        if (c.friction) s.walls.friction = *c.friction;
+        const Vec3<double> room = s.walls.max - s.walls.min;
+        if (!(std::min({room.x, room.y, room.z}) > 0))
+            refuse(c.max ? "max" : "min", "expected each component of max above that of min");
+        return settled(s);
+    }
+
+    DocumentPtr operator()(const SetHands& c)
+    {
+        HandSettings h = *d.hands;
+        const SetHand* given[side_count] = {&c.left, &c.right};
+        for (const Side side : {left, right}) {
+            if (given[side]->present) h.present[side] = *given[side]->present;
+            if (!given[side]->held) continue;
+            h.held[side] = *given[side]->held;
+            const std::vector<std::string> tools = tool_names();
+            if (!h.held[side].empty() &&
+                std::find(tools.begin(), tools.end(), h.held[side]) == tools.end())
+                refuse(side == left ? "left" : "right",
+                       fmt::format("there is no tool \"{}\"; the nearest is \"{}\"",
+                                   h.held[side].substr(0, 60), nearest_name(h.held[side], tools)));
+        }
+        if (c.zoom) h.zoom = *c.zoom;
+        if (c.at) h.at = *c.at;
+        if (equal(h, *d.hands)) return same;
+        Document next = d;
+        next.hands = std::make_shared<const HandSettings>(std::move(h));
+        return done(std::move(next));
+    }
+
+    DocumentPtr operator()(const SetSurface& c)
+    {
+        SceneSettings s = *d.scene;
+        s.surface_nodes = c.nodes;
+        return settled(s);
+    }
+
+    DocumentPtr operator()(const Carry& c)
+    {
+        for (const ObjectRef& ref : c.objects)
+            if (c.begins)
+                changeable(ref, "objects");
+            else
+                object_in(d, ref, "objects");
+        if (c.objects.empty()) refuse("objects", "expected at least one object");
+        return same;
+    }
+
+    // Commands of the session.
+    template <class C>
+    DocumentPtr operator()(const C&)
+    {
+        return same;
+    }
+
+  private:
+    DocumentPtr done(Document next) const
+    {
+        return std::make_shared<const Document>(std::move(next));
+    }
+
+    const SceneObject& changeable(const ObjectRef& ref, const char* field = "object") const
+    {
+        const SceneObject& o = object_in(d, ref, field);
+        if (o.locked) refuse(field, "\"" + o.name.substr(0, 60) + "\" is locked");
+        return o;
+    }
+
+    DocumentPtr replaced(const SceneObject& by) const
+    {
+        Document next = d;
+        for (auto& o : next.objects) {
+            if (o->id != by.id) continue;
+            if (equal(*o, by)) return same;
+            o = std::make_shared<const SceneObject>(by);
+        }
+        return done(std::move(next));
+    }
+
+    DocumentPtr settled(const SceneSettings& s) const
+    {
+        if (equal(s, *d.scene)) return same;
+        Document next = d;
+        next.scene = std::make_shared<const SceneSettings>(s);
+        return done(std::move(next));
+    }
+
+    void check_material(const MaterialSpec& m, const char* field) const
+    {
+        if (const auto fault = fault_of(m)) refuse(field, fault->text());
+    }
+
+    void check_source(const ObjectSource& s, const char* field) const
+    {
+        const auto in = [&](const Bounds& range) {
+            return command_field(field, &PlaceObject::object, "", range);
+        };
+        CheckRanges check;
+        if (s.shape == ShapeKind::splats) {
+            check(in({}), s.splats.file);
+            check(in({0, 1000, "m", true}), s.splats.size);
+            check(in({-360, 360, "degrees"}), s.splats.turn);
+            return check(in({0, 1000, "m"}), s.splats.depth);
+        }
+        check(in({0, 1000, "m", true}), s.size);
+        if (s.shape != ShapeKind::box && s.size.x != s.size.z)
+            refuse(field, "expected one diameter, found different extents along x and z");
+        if (s.shape == ShapeKind::sphere && s.size.x != s.size.y)
+            refuse(field, "expected one diameter, found different extents along x and y");
+    }
+
+    void check_object(const SceneObject& o, const char* field) const
+    {
+        CheckRanges check;
+        const auto in = [&](const Bounds& range) {
+            return command_field(field, &PlaceObject::object, "", range);
+        };
+        check(in({0, 255}), o.category);
+        check(in(anywhere), o.pose.p);
+        check(in(turn_range), o.pose.q);
+        check_source(o.source, field);
+        check(in({-1000, 1000, "m/s"}), o.source.velocity);
+        check(in({2, 64, "particles per cell"}), o.source.per_cell);
+        check(in({}), o.name);
+        check_material(normalised(o.material), field);
+        check_category(o, field);
+        check_walls(o, field);
+        const auto local = [](const SceneObject& of) {
+            return of.source.shape == ShapeKind::splats && of.source.splats.depth > 0;
+        };
+        if (local(o) && std::any_of(d.objects.begin(), d.objects.end(),
+                                    [&](const auto& of) { return local(*of); }))
+            refuse(field, "expected at most one object with a depth, found several");
+    }
+
+    // The clay of a category is drawn either as one surface or as splats.
+    void check_category(const SceneObject& o, const char* field) const
+    {
+        const bool splats = o.source.shape == ShapeKind::splats;
+        for (const auto& other : d.objects)
+            if (other->id != o.id && other->category == o.category &&
+                (other->source.shape == ShapeKind::splats) != splats)
+                refuse(field, fmt::format("category {} is that of \"{}\": objects of splats and "
+                                          "other clay need different categories",
+                                          o.category, other->name.substr(0, 60)));
+    }
+
+    // The size of an object of splats is known when its file is read.
+    void check_walls(const SceneObject& o, const char* field) const
+    {
+        if (o.source.shape == ShapeKind::splats) return;
+        const Box3<double> box = box_of(object_of(o));
+        const WallOptions& walls = d.scene->walls;
+        const double slack = 1e-9;
+        const auto check = [&](const char* axis, double a, double b, double low, double high) {
+            if (a >= low - slack && b <= high + slack) return;
+            refuse(field, fmt::format("expected the object between the walls, {} from {:.6g} to "
+                                      "{:.6g} m, found {} from {:.6g} to {:.6g} m",
+                                      axis, low, high, axis, a, b));
+        };
+        check("x", box.low.x, box.high.x, walls.min.x, walls.max.x);
+        check("y", box.low.y, box.high.y, walls.min.y, walls.max.y);
+        check("z", box.low.z, box.high.z, walls.min.z, walls.max.z);
+    }
+
+    const Document& d;
+    IdSource& ids;
+    const DocumentPtr& same;
+};
+
+}  // namespace
+
+std::variant<DocumentPtr, Refusal> reduce(const DocumentPtr& document, const Command& command,
+                                          IdSource& ids)
+{
+    try {
+        return std::visit(
+            [&](const auto& c) {
+                for_each_field(c, CheckRanges{});
+                return Reduction(document, ids)(c);
+            },
+            command);
+    } catch (const Refused& refused) {
+        return refused.refusal;
+    }
+}
+
+std::variant<ObjectId, Refusal> resolved(const Document& document, const ObjectRef& object,
+                                         const std::string& field)
+{
+    try {
+        return object_in(document, object, field).id;
+    } catch (const Refused& refused) {
+        return refused.refusal;
+    }
+}
+
+Command with_ids(const Document& document, Command command)
+{
+    std::visit(
+        [&](auto& c) {
+            for_each_field(c, [&](const auto& f, auto& value) {
+                using T = std::remove_cvref_t<decltype(value)>;
+                if constexpr (std::is_same_v<T, ObjectRef>)
+                    value = object_in(document, value, f.key).id;
+                else if constexpr (std::is_same_v<T, std::vector<ObjectRef>>)
+                    for (ObjectRef& one : value) one = object_in(document, one, f.key).id;
+            });
+        },
+        command);
+    return command;
+}
+
+}  // namespace knead

@@ -1,0 +1,53 @@
+// Plays a log of commands in a batch run: the same commands between the same frames as in the
+// session, or the script, that the log is of.
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "host/document/actions_file.h"
+#include "host/hands/filter.h"
+#include "host/hands/motion.h"
+#include "host/session/scene_editor.h"
+
+namespace knead {
+
+// Recorded hands whose tools, zoom and place commands change: the hand filter is restarted where
+// the session restarted it.
+class RecordedHands {
+  public:
+    // `options`: the scene's hands. `rate`: simulated frames per second of the recording. Throws
+    // InputError for a recording that check() refuses.
+    RecordedHands(Recording recording, const HandsOptions& options, double rate);
+    // Motion of the tools in the frame from `from` to `to` [s of the recording].
+    Motion motion(double from, double to) const { return source(from, to); }
+    void set(const HandsOptions& options, long number);  // after frame `number`
+
+  private:
+    void begin(double after);
+
+    const Recording recording;
+    HandsOptions options;
+    const double rate;
+    MotionSource source;
+};
+
+class CommandReplay {
+  public:
+    // `log` in order of frames.
+    explicit CommandReplay(std::vector<LogEntry> entries) : log(std::move(entries)) {}
+
+    // Applies the entries of frame `number` with no frame in flight. `refused` is called for each
+    // that is refused, and may throw to end the run.
+    void after_frame(long number, SceneEditor& editor,
+                     const std::function<void(const LogEntry&, const Refusal&)>& refused);
+    std::size_t left() const { return log.size() - next; }  // entries not reached yet
+    // Whether entries of frame `number` wait.
+    bool due(long number) const { return next < log.size() && log[next].frame <= number; }
+
+  private:
+    const std::vector<LogEntry> log;
+    std::size_t next = 0;
+};
+
+}  // namespace knead

@@ -1,0 +1,383 @@
+#include "host/session/scene_editor.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <stdexcept>
+#include <unordered_map>
+
+#include "host/base/errors.h"
+#include "host/base/machine.h"
+#include "host/hands/filter.h"
+#include "host/scene/foresight.h"
+#include "host/scene/seed.h"
+#include "host/scene/soften.h"
+
+namespace knead {
+namespace {
+
+bool same(Vec3<double> a, Vec3<double> b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+bool same(Quat<double> a, Quat<double> b)
+{
+    return a.w == b.w && a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+bool same(const WallOptions& a, const WallOptions& b)
+{
+    return equal(a.min, b.min) && equal(a.max, b.max) && a.mode == b.mode &&
+           a.friction == b.friction;
+}
+
+// The motion from one pose to another.
+RigidMotion<double> between_poses(const RigidMotion<double>& from, const RigidMotion<double>& to)
+{
+    const Quat<double> turn = unit(to.q * conjugate(from.q));
+    return {turn, to.p - rotate(turn, from.p)};
+}
+
+// Removes points nearer to `there` than `distance` [m]: clay belongs to the object that came first.
+class Near {
+  public:
+    Near(const std::vector<Vec3<double>>& there, double distance) : edge(distance)
+    {
+        for (const Vec3<double>& x : there) cells[key(cell(x))].push_back(x);
+    }
+    bool taken(Vec3<double> x) const
+    {
+        const Int3 c = cell(x);
+        for (int k = -1; k <= 1; ++k)
+            for (int j = -1; j <= 1; ++j)
+                for (int i = -1; i <= 1; ++i) {
+                    const auto found = cells.find(key(c + Int3{i, j, k}));
+                    if (found == cells.end()) continue;
+                    for (const Vec3<double>& y : found->second)
+                        if (length(x - y) < edge) return true;
+                }
+        return false;
+    }
+
+  private:
+    Int3 cell(Vec3<double> x) const
+    {
+        return {int(std::floor(x.x / edge)), int(std::floor(x.y / edge)),
+                int(std::floor(x.z / edge))};
+    }
+    static std::int64_t key(Int3 c) { return (std::int64_t(c.x) * 2097152 + c.y) * 2097152 + c.z; }
+    double edge;
+    std::unordered_map<std::int64_t, std::vector<Vec3<double>>> cells;
+};
+
+// Number of edits of the simulator that make the one from the other, at least; without gravity.
+int changes(const Document& from, const Document& to)
+{
+    int count = 0, gone = 0, added = 0;
+    for (const auto& o : from.objects) gone += to.find(o->id) == nullptr;
+    for (const auto& o : to.objects) {
+        const SceneObject* before = from.find(o->id);
+        // Splats are attached after their clay is added.
+        if (!before) added += o->source.shape == ShapeKind::splats ? 2 : 1;
+        if (!before || before == o.get()) continue;
+        count += !same(before->pose.p, o->pose.p) || !same(before->pose.q, o->pose.q);
+        count += before->category != o->category || !equal(before->material, o->material);
+    }
+    count += !same(from.scene->walls, to.scene->walls);
+    count += !equal(*from.hands, *to.hands);
+    return count + (gone > 0) + added;
+}
+
+// The field of a command that a simulator's refusal concerns.
+const char* changed_field(const Command& command)
+{
+    const char* field = "";
+    std::visit(
+        [&](const auto& c) {
+            for_each_field(c, [&](const auto& f, const auto&) { field = f.key; });
+        },
+        command);
+    return field;
+}
+
+}  // namespace
+
+PreparedObject prepared(const Scene& scene, const WallOptions& walls, const SceneObject& object)
+{
+    Scene alone{};
+    alone.path = scene.path;
+    alone.seed = scene.seed;
+    alone.setup.lattice = scene.setup.lattice, alone.setup.walls = walls;
+    alone.origin = scene.origin;
+    Object o = object_of(object);
+    o.centre = o.centre - scene.origin;
+    o.softer = softening(scene, o.material);
+    o.material = softer(o.material, o.softer);
+    check_substeps(scene, o.material);
+    alone.objects.push_back(o);
+    std::vector<SplatObject> splats = load_splats(alone, available_memory());
+    build(alone, available_memory());
+    PreparedObject made{alone.setup.materials.at(0), std::move(alone.setup.particles), {}};
+    if (!splats.empty()) made.splats = std::move(splats[0]);
+    return made;
+}
+
+Box3<double> surroundings(const PreparedObject& clay)
+{
+    const double spacing = std::cbrt(clay.material.volume);
+    Box3<double> box = empty_box<double>();
+    for (const Particle<double>& p : clay.particles)
+        box = {lesser(box.low, p.x), greater(box.high, p.x)};
+    const Vec3<double> beside{spacing, spacing, spacing};
+    return {box.low - beside, box.high + beside};
+}
+
+void leave_room(PreparedObject& clay, const std::vector<Vec3<double>>& there)
+{
+    clay.fitted = true;
+    if (there.empty()) return;
+    const Near near(there, 0.75 * std::cbrt(clay.material.volume));
+    std::erase_if(clay.particles, [&](const Particle<double>& p) { return near.taken(p.x); });
+    if (clay.particles.empty()) throw std::invalid_argument("other clay fills the object's place");
+}
+
+SceneEditor::SceneEditor(Parts with, DocumentPtr document, IdSource& source)
+    : parts(std::move(with)), now(std::move(document)), first(now), ids(source)
+{
+    int number = 0;
+    for (const auto& o : now->objects) {
+        objects[o->id] = number++;
+        ids.use(o->id);
+    }
+}
+
+Situation SceneEditor::situation(bool live) const
+{
+    Situation s;
+    s.document = now.get();
+    s.editable = parts.simulator != nullptr;
+    s.live = live;
+    if (shaped)
+        s.work = "the shaped clay";
+    else if (!equal(*now, *first))
+        s.work = "what was changed since the scene was opened";
+    return s;
+}
+
+CommandAnswer SceneEditor::apply(const Command& command, PreparedObject* ready)
+{
+    auto result = reduce(now, command, ids);
+    if (Refusal* refused = std::get_if<Refusal>(&result)) return {std::move(*refused), {}};
+    const DocumentPtr& to = std::get<DocumentPtr>(result);
+    CommandAnswer answer{{}, with_ids(*now, command)};
+    try {
+        if (const Carry* c = std::get_if<Carry>(&command))
+            answer.refusal = carry(*c);
+        else if (to != now)
+            synchronise(to, ready);
+        if (AddObject* added = std::get_if<AddObject>(&answer.applied))
+            added->object = *now->objects.back();
+    } catch (const std::bad_alloc&) {
+        answer.refusal = Refusal{"out of memory", ""};
+    } catch (const std::exception& e) {
+        answer.refusal = Refusal{e.what(), changed_field(command)};
+    }
+    return answer;
+}
+
+std::optional<Refusal> SceneEditor::move(ObjectId object, const RigidMotion<double>& motion)
+{
+    const SceneObject* before = now->find(object);
+    if (!before) return Refusal{fmt::format("there is no object {}", object.value), "object"};
+    SceneObject after = *before;
+    const RigidMotion<double> pose = in_simulation(before->pose);
+    after.pose = {unit(motion.q * pose.q),
+                  motion.p + rotate(motion.q, pose.p) + parts.scene.origin};
+    if (!parts.simulator) return Refusal{needs_edits(situation(false)), "object"};
+    if (local(object))
+        return Refusal{"its clay is simulated near hands only: it cannot be moved", "object"};
+    try {
+        parts.simulator->move(objects.at(object), motion);
+    } catch (const std::exception& e) {
+        return Refusal{e.what(), "object"};
+    }
+    Document next = *now;
+    for (auto& o : next.objects)
+        if (o->id == object) o = std::make_shared<const SceneObject>(std::move(after));
+    now = std::make_shared<const Document>(std::move(next));
+    ++count, ++clay_count;
+    parts.loop.clay_edited();
+    return {};
+}
+
+bool SceneEditor::local(ObjectId object) const
+{
+    const SceneObject* o = now->find(object);
+    return o && object_of(*o).local();
+}
+
+RigidMotion<double> SceneEditor::in_simulation(const RigidMotion<double>& pose) const
+{
+    return {pose.q, pose.p - parts.scene.origin};
+}
+
+// Clay that is carried must not fall.
+Vec3<double> SceneEditor::gravity_of(const Document& document) const
+{
+    const bool carrying = std::ranges::any_of(
+        carried, [&](const Carried& one) { return document.find(one.object) != nullptr; });
+    return carrying ? Vec3<double>{0, 0, 0} : document.scene->gravity;
+}
+
+std::optional<Refusal> SceneEditor::carry(const Carry& command)
+{
+    std::vector<Carried> next = carried;
+    for (const ObjectRef& ref : command.objects) {
+        const ObjectId id = std::get<ObjectId>(resolved(*now, ref));
+        if (command.begins && local(id))
+            return Refusal{"its clay is simulated near hands only: it cannot be moved", "objects"};
+        std::erase_if(next, [&](const Carried& one) { return one.object == id; });
+        if (command.begins) next.push_back({id, command.side, {}, {}});
+    }
+    const bool before = carries();
+    std::swap(carried, next);
+    if (carries() == before) return {};
+    try {
+        parts.simulator->set_gravity(gravity_of(*now));
+        ++count;
+        return {};
+    } catch (const std::exception& e) {
+        std::swap(carried, next);
+        return Refusal{e.what(), ""};
+    }
+}
+
+void SceneEditor::after_frame(const FrameResult& frame)
+{
+    shaped = shaped || frame.stats[Count::projected] > 0;
+    for (Carried& one : carried) {
+        const std::size_t palm_joint = std::size_t(int(one.side) * int(joint_count) + int(palm));
+        if (palm_joint >= frame.motion.to.size()) continue;
+        const Joint<double> palm_now = frame.motion.to[palm_joint];
+        // A farther step is not of this hand: it was lost, or its zoom or place has changed.
+        const double farthest = HandFilter::farthest_step * now->hands->zoom;
+        if (one.seen && length(palm_now.p - one.seen->p) > farthest) one.palm.reset();
+        one.seen = palm_now;
+        // Refused beyond a wall: the clay waits there until the palm comes back.
+        if (!one.palm || !move(one.object, between_poses(*one.palm, palm_now))) one.palm = palm_now;
+    }
+}
+
+// Throws std::invalid_argument for what the simulator could not compute.
+void SceneEditor::check(const Document& to) const
+{
+    const bool falls = !equal(now->scene->gravity, to.scene->gravity);
+    if (!parts.simulator && (falls || changes(*now, to) > 0))
+        throw std::invalid_argument(needs_edits(situation(false)));
+    for (const auto& o : to.objects) {
+        const SceneObject* before = now->find(o->id);
+        if (before && before->source.shape == ShapeKind::splats && before->category != o->category)
+            throw std::invalid_argument("an object of splats keeps its category");
+        if (before && object_of(*before).local() &&
+            (!same(before->pose.p, o->pose.p) || !same(before->pose.q, o->pose.q)))
+            throw std::invalid_argument(
+                "its clay is simulated near hands only: it cannot be moved");
+        if (!before && object_of(*o).local())
+            throw std::invalid_argument(
+                "an object with a depth is added before the first frame "
+                "of a run, or by its scene");
+    }
+    for (const auto& o : now->objects)
+        if (!to.find(o->id) && object_of(*o).local())
+            throw std::invalid_argument("an object with a depth cannot be removed");
+}
+
+SceneEditor::NewClay SceneEditor::new_clay(const Document& to, PreparedObject* ready) const
+{
+    NewClay all;
+    for (const auto& o : to.objects)
+        if (!now->find(o->id))
+            all[o->id] = ready ? *ready : prepared(parts.scene, walls_of(to), *o);
+    return all;
+}
+
+// In the simulation's frame.
+WallOptions SceneEditor::walls_of(const Document& document) const
+{
+    if (same(document.scene->walls, now->scene->walls)) return parts.simulator->config().walls;
+    WallOptions walls = document.scene->walls;
+    walls.min = walls.min - parts.scene.origin, walls.max = walls.max - parts.scene.origin;
+    return walls;
+}
+
+// Edits of the simulator are all or nothing each; the first that is refused leaves the others
+// undone only if a snapshot from before is restored.
+void SceneEditor::synchronise(const DocumentPtr& to, PreparedObject* ready)
+{
+    check(*to);
+    NewClay added = new_clay(*to, ready);
+    const bool drops = !equal(gravity_of(*now), gravity_of(*to));  // what is carried may be removed
+    const bool surface = now->scene->surface_nodes != to->scene->surface_nodes;
+    const std::shared_ptr<const Snapshot> before =
+        parts.simulator && changes(*now, *to) + drops + surface > 1 ? parts.simulator->snapshot()
+                                                                    : nullptr;
+    const std::map<ObjectId, int> objects_before = objects;
+    try {
+        make(*to, added);
+    } catch (...) {
+        objects = objects_before;
+        if (before) parts.simulator->restore(*before), parts.loop.clay_edited();
+        throw;
+    }
+    now = to;
+    ++count;
+    std::erase_if(carried, [&](const Carried& one) { return !now->find(one.object); });
+}
+
+// One branch per member of a document.
+void SceneEditor::make(const Document& to, NewClay& added)
+{
+    EditableSimulator* const s = parts.simulator;
+    bool clay = false;
+    std::vector<int> gone;
+    for (const auto& o : now->objects)
+        if (!to.find(o->id)) gone.push_back(objects.at(o->id)), objects.erase(o->id);
+    if (!gone.empty()) parts.splats.remove_objects(gone, *s), clay = true;
+    for (auto& [id, one] : added) {
+        if (!one.fitted) leave_room(one, s->places(surroundings(one)));
+        objects[id] = s->add(one.material, one.particles), clay = true;
+        if (one.splats) parts.splats.add_object(objects[id], *one.splats, *s);
+    }
+    for (const auto& o : to.objects) {
+        const SceneObject* before = now->find(o->id);
+        if (!before || before == o.get()) continue;
+        const int number = objects.at(o->id);
+        if (!same(before->pose.p, o->pose.p) || !same(before->pose.q, o->pose.q))
+            s->move(number, between_poses(in_simulation(before->pose), in_simulation(o->pose))),
+                clay = true;
+        if (before->category != o->category || !equal(before->material, o->material)) {
+            Material<double> material = made(o->material);
+            material.category = o->category;
+            parts.splats.set_material(number, material, *s);
+            clay = true;
+        }
+    }
+    const SceneSettings &was = *now->scene, &is = *to.scene;
+    const Vec3<double> gravity = gravity_of(to);
+    if (!equal(gravity_of(*now), gravity)) s->set_gravity(gravity);
+    if (!same(was.walls, is.walls)) s->set_walls(walls_of(to));
+    if (clay) parts.loop.clay_edited(), ++clay_count;
+    const bool hands = !equal(*now->hands, *to.hands);
+    const auto set_hands = [&](const Document& of) {
+        parts.set_hands(hands_with(parts.scene.hands, *of.hands, parts.scene.origin));
+    };
+    if (hands) set_hands(to);
+    if (was.surface_nodes == is.surface_nodes || !parts.set_surface) return;
+    try {
+        parts.set_surface(is.surface_nodes);
+    } catch (...) {
+        if (hands) set_hands(*now);
+        throw;
+    }
+}
+
+}  // namespace knead

@@ -1,0 +1,103 @@
+// The document of a running scene: the one way to change it. A command is reduced to a new document
+// (host/document/reduce.h), and the difference of both documents becomes edits of the simulator, on
+// the simulation's thread, between two frames, all or none. docs/method/document.md.
+#pragma once
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/document/command_table.h"
+#include "host/document/reduce.h"
+#include "host/paging/scene_splats.h"
+#include "host/session/loop.h"
+
+namespace knead {
+
+// The clay of a new object: what a difference of documents needs besides the documents.
+struct PreparedObject {
+    Material<double> material{};              // softened, with mass and volume of a particle
+    std::vector<Particle<double>> particles;  // in the simulation's frame
+    std::optional<SplatObject> splats;        // of an object of splats
+    bool fitted = false;                      // leave_room() was called
+};
+// As build() makes it. Slow, and may be called on any thread. `walls`: in the simulation's frame.
+// Throws InputError if the object holds no particles, std::invalid_argument for a material that
+// would need too many substeps.
+PreparedObject prepared(const Scene& scene, const WallOptions& walls, const SceneObject& object);
+// The box of its particles and one spacing beside it, in the simulation's frame.
+Box3<double> surroundings(const PreparedObject& clay);
+// Removes particles where there is clay, of which these are the places in the surroundings: it
+// belongs to the object that came first. Throws std::invalid_argument if none is left.
+void leave_room(PreparedObject& clay, const std::vector<Vec3<double>>& there);
+
+class SceneEditor {
+  public:
+    // What the editor acts on. All must outlive it.
+    struct Parts {
+        const Scene& scene;  // built
+        SceneSplats& splats;
+        SessionLoop& loop;
+        EditableSimulator* simulator;  // null: takes no edits
+        // Replaces the tools and the hands' motion, all or nothing; after the edit of the clay.
+        std::function<void(const HandsOptions&)> set_hands;
+        std::function<void(int nodes)> set_surface;  // all or nothing; null: not here
+    };
+    // `document`: of the parts' scene, whose objects are the simulator's 0, 1, 2, ... `ids`: of the
+    // session.
+    SceneEditor(Parts parts, DocumentPtr document, IdSource& ids);
+    SceneEditor(const SceneEditor&) = delete;
+
+    // Applies a command of the document, or Carry; the caller applies other commands of the session
+    // and asks for their availability by situation(). A command that is refused has changed
+    // nothing. Precondition: no frame in flight.
+    // `ready`: of the object that AddObject adds, if it is prepared already; moved from.
+    CommandAnswer apply(const Command& command, PreparedObject* ready = nullptr);
+    // Moves a body of a recording of an older format.
+    std::optional<Refusal> move(ObjectId object, const RigidMotion<double>& motion);
+    // Makes the simulator that of another document; throws what a simulator throws, and has changed
+    // nothing then.
+    void synchronise(const DocumentPtr& to, PreparedObject* ready = nullptr);
+
+    // Call after each frame: moves what is carried with the palm that carries it.
+    void after_frame(const FrameResult& frame);
+
+    const DocumentPtr& document() const { return now; }
+    // `live`: see Situation.
+    Situation situation(bool live) const;
+    bool carries() const { return !carried.empty(); }
+    // The objects of the simulator that are an object's clay; paged clay is not among them.
+    int simulated(ObjectId object) const { return objects.at(object); }
+    long edits() const { return count; }            // so far
+    long clay_edits() const { return clay_count; }  // that moved, added or removed clay
+
+  private:
+    struct Carried {
+        ObjectId object;
+        Side side;
+        // At the ends of the last frame that moved the object, and of the last frame.
+        std::optional<Joint<double>> palm, seen;
+    };
+
+    std::optional<Refusal> carry(const Carry& command);
+    using NewClay = std::map<ObjectId, PreparedObject>;
+    NewClay new_clay(const Document& to, PreparedObject* ready) const;
+    void check(const Document& to) const;
+    void make(const Document& to, NewClay& added);
+    WallOptions walls_of(const Document& document) const;
+    bool local(ObjectId object) const;
+    RigidMotion<double> in_simulation(const RigidMotion<double>& pose) const;
+    Vec3<double> gravity_of(const Document& document) const;
+
+    const Parts parts;
+    DocumentPtr now;
+    const DocumentPtr first;
+    IdSource& ids;
+    std::map<ObjectId, int> objects;  // of the simulator
+    std::vector<Carried> carried;
+    bool shaped = false;  // hands have pressed clay
+    long count = 0, clay_count = 0;
+};
+
+}  // namespace knead
