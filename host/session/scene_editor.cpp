@@ -296,7 +296,7 @@ SceneEditor::NewClay SceneEditor::new_clay(const Document& to, PreparedObject* r
     NewClay all;
     for (const auto& o : to.objects)
         if (!now->find(o->id))
-            all[o->id] = ready ? *ready : prepared(parts.scene, walls_of(to), *o);
+            all[o->id] = ready ? std::move(*ready) : prepared(parts.scene, walls_of(to), *o);
     return all;
 }
 
