@@ -184,6 +184,7 @@ void LiveSession::execute(const Issued& issued)
 // Commands of the session are applied here, those of the document by the simulation.
 CommandAnswer LiveSession::apply(const Command& command)
 {
+    std::future<PreparedObject> clay = std::move(preparing);  // of this command, even if refused
     Situation situation = run ? run->situation() : Situation{};
     situation.simulation = run != nullptr && failure.empty();
     if (const std::string why = row_of(command).why_not(situation);
@@ -194,8 +195,8 @@ CommandAnswer LiveSession::apply(const Command& command)
     const CommandAnswer answer{{}, command};
     if (row_of(command).receiver == Receiver::document || std::holds_alternative<Carry>(command)) {
         if (!run) return {Refusal{"there is no simulation", ""}, {}};
-        if (!preparing.valid()) return run->apply(command);
-        PreparedObject ready = preparing.get();
+        if (!clay.valid()) return run->apply(command);
+        PreparedObject ready = clay.get();
         return run->apply(command, &ready);
     }
     if (const auto checked = reduce(document, command, ids);
@@ -275,7 +276,12 @@ bool LiveSession::may_execute()
     const AddObject* adds = issued ? std::get_if<AddObject>(&issued->command) : nullptr;
     if (!adds || !run || !failure.empty() || options.stepped || !run->situation().editable)
         return true;
-    if (!preparing.valid()) preparing = run->prepare(*adds);
+    if (!preparing.valid()) {
+        IdSource unused = ids;
+        if (std::holds_alternative<Refusal>(reduce(run->document(), issued->command, unused)))
+            return true;
+        preparing = run->prepare(*adds);
+    }
     return preparing.wait_for(0s) == std::future_status::ready;
 }
 
