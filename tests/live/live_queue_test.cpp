@@ -258,6 +258,66 @@ TEST_F(Live, FramesAreWholeAgainAfterCommandsThatCutThem)
     EXPECT_FALSE(state->frame.stats.cut);
 }
 
+SceneObject small_ball(const Document& d)
+{
+    SceneObject o = *d.objects.at(0);
+    o.id = {}, o.name = "small", o.material = material_spec("clay");
+    o.source.shape = ShapeKind::sphere, o.source.size = {0.1, 0.1, 0.1};
+    o.pose.p = 0.5 * (d.scene->walls.min + d.scene->walls.max);
+    o.source.per_cell = 2;
+    return o;
+}
+
+// In real time clay is prepared on another thread, and the commands behind it wait.
+TEST_F(Live, NewObjectsArePreparedBesideTheFrames)
+{
+    options.make_solver = cpu_solver;
+    LiveSession session(scene, options);
+    session.wait_for_commands();
+    SceneObject o = small_ball(*session.state()->document);
+    const ObjectRef first = ObjectId{1};
+    session.send(RemoveObjects{{first}});
+    session.send(AddObject{o});
+    session.send(Rename{ObjectRef("small"), "renamed"});
+    session.wait_for_commands();
+    ASSERT_EQ(session.state()->document->objects.size(), 1u) << session.state()->refusal;
+    EXPECT_EQ(session.state()->document->objects[0]->name, "renamed");
+    std::size_t particles = 0;
+    session.inspect_solver([&](const Simulator& s) { particles = s.particles().size(); });
+    EXPECT_GT(particles, 0u);
+    // What is refused is not prepared, and leaves nothing that the next would take.
+    o.source.size = {1e3, 1e3, 1e3};
+    session.send(AddObject{o});
+    session.wait_for_commands();
+    EXPECT_NE(session.state()->refusal.find("object: expected the object between the walls"),
+              std::string::npos)
+        << session.state()->refusal;
+    o.source.size.x = std::nan("");
+    session.send(AddObject{o});
+    session.wait_for_commands();
+    EXPECT_EQ(session.state()->refused, 2);
+    o.source.size = {0.1, 0.1, 0.1};
+    session.send(AddObject{o});  // its place is taken
+    session.wait_for_commands();
+    EXPECT_NE(session.state()->refusal.find("other clay fills"), std::string::npos)
+        << session.state()->refusal;
+    EXPECT_EQ(session.state()->document->objects.size(), 1u);
+}
+
+TEST_F(Live, ASessionMayEndWhileAnObjectIsPrepared)
+{
+    options.make_solver = cpu_solver;
+    for (int round = 0; round < 20; ++round) {
+        LiveSession session(scene, options);
+        session.wait_for_commands();
+        const SceneObject o = small_ball(*session.state()->document);
+        session.send(RemoveObjects{{ObjectRef(ObjectId{1})}});
+        session.send(AddObject{o});
+        if (round % 2 == 0) session.send(Reset{});
+        std::this_thread::sleep_for(std::chrono::microseconds(100 * round));
+    }
+}
+
 TEST_F(Live, OfMoreThan4096WaitingCommandsTheRestIsRefusedAtOnce)
 {
     LiveSession session(scene, options);
