@@ -130,9 +130,9 @@ int commands(int rounds)
                 double took = 0;
                 if (as_command) {
                     const Command command = pairs[p].command(round);
-                    PreparedObject clay = ready;
+                    PreparedObject given = ready;
                     took = milliseconds([&] {
-                        const auto refused = editor.apply(command, &clay).refusal;
+                        const auto refused = editor.apply(command, &given).refusal;
                         if (refused) throw std::runtime_error(refused->text());
                     });
                 } else {
