@@ -15,10 +15,9 @@ using Note = std::function<void(const std::string&)>;
 
 class RunScript {
   public:
-    // Reads the log of `options`, if any, and applies its commands that precede the first frame to
-    // the scene, which is not built yet: those of objects make the clay that a scene file with
-    // these objects makes. Throws InputError for a bad line, and for a command that is refused
-    // unless `options.keep_going`.
+    // Reads the log of `options`, if any. Unless the log is of a recording, applies its commands of
+    // the document of frame 0 to `scene`, which is not built yet: see scene_of(). Throws InputError
+    // for a bad line and, unless `options.keep_going`, for a refusal of these commands.
     RunScript(const RunOptions& options, Scene& scene, const Note& note);
 
     // The commands or actions recorded with the scene's hands. Throws InputError for an invalid
@@ -34,7 +33,7 @@ class RunScript {
 
     const Document& document() const { return editor ? *editor->document() : *first; }
     std::size_t left() const { return replay ? replay->left() : 0; }  // commands not reached
-    // The number of an object in the simulator.
+    // Number of the object in the simulator. Precondition: the document has the object.
     int simulated(ObjectId object) const;
 
   private:
@@ -53,8 +52,8 @@ class RunScript {
     std::unique_ptr<SceneEditor> editor;
 };
 
-// For a scene without hands: takes the hands that the live session added as its first command, if
-// any. Returns false if there are none.
+// For a scene without hands: applies the first set_hands among the entries of frame 0 that were
+// recorded beside `recording`. Returns false if there is none or it is refused.
 bool begin_with_hands(Scene& scene, const std::string& recording);
 
 }  // namespace knead

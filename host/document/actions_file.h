@@ -1,5 +1,5 @@
-// Reads `.actions` files, in which recordings before logs of commands kept what was done beside the
-// hands (docs/reference/recordings.md).
+// Reads .actions files: what older versions wrote beside a recording in place of a log of commands.
+// docs/reference/recordings.md.
 #pragma once
 #include <string>
 #include <variant>

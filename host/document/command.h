@@ -1,6 +1,6 @@
-// Commands: the only way to change a document, or the session that it is in. They hold absolute
-// values, so the last of several wins and a replay cannot apply a change twice. Each has one row,
-// with its fields, in command_table.h.
+// Commands: the only way to change a document, or the session that it is in. Those that set values
+// hold absolute ones: the last of several decides, and repeating one has no effect. Each has one
+// row, with its fields, in command_table.h.
 #pragma once
 #include <optional>
 #include <string>
@@ -19,7 +19,7 @@ struct ObjectRef {
     ObjectRef(std::string name) : by(std::move(name)) {}
 };
 
-// Of the document. An optional value that is absent stays as it is.
+// Of the document. An absent optional value is unchanged.
 struct AddObject {
     SceneObject object;  // id 0: a new one is given to it
 };
@@ -75,7 +75,7 @@ struct SetLattice {
 struct Carry {
     std::vector<ObjectRef> objects;
     Side side = right;
-    bool begins = false;  // between begin and end, the frames of this hand move the objects
+    bool begins = false;  // true: start; false: stop. While carried, objects move with the palm
 };
 struct Open {
     std::string file;
@@ -107,12 +107,12 @@ struct Issued {
     Command command;
     long serial = 0;
     Origin origin = Origin::window;
-    // Not 0: of one drag of a control. Of several commands of a drag that wait for the same frame,
-    // for the same object, only the last is applied.
+    // Not 0: number of the drag of a control. A waiting command is dropped if a later one of the
+    // same drag, type and object sets all its values. Not for rows with UndoRule::step.
     unsigned drag = 0;
 };
 
-// Why a command was refused. It has changed nothing.
+// Why a command was refused. It has changed neither document nor clay.
 struct Refusal {
     std::string why;
     std::string field;  // of the command; "": the command as a whole

@@ -1,8 +1,8 @@
 // The one table of commands. A row has a command's name in files, its texts, its fields with units
-// and ranges, who receives it, how it is undone, and when it is available. The JSON codec
-// (command_text.h), `knead help commands`, docs/reference/commands.md, panels, random generators
-// and the fuzzer's dictionary are made from it. A command without a row, and a member without a
-// field, do not compile.
+// and ranges, its receiver, whether commands of a drag merge, and when it is available. The JSON
+// codec (command_text.h), `knead help commands`, docs/reference/commands.md, random generators and
+// the fuzzer's dictionary are made from it. A command without a row, and a member without a field,
+// do not compile.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -18,6 +18,8 @@
 namespace knead {
 
 enum class Receiver { document, session };
+// How a command will be undone; there is no undo yet. Today: waiting commands of a drag, of the
+// document, are dropped for later ones (Issued::drag), except with `step`.
 enum class UndoRule {
     step,   // each is a step
     merge,  // the commands of a drag are one step
@@ -28,7 +30,7 @@ enum class UndoRule {
 struct Situation {
     const Document* document = nullptr;
     bool simulation = true;  // there is one
-    bool editable = true;    // its simulator takes edits
+    bool editable = true;    // its simulator is an EditableSimulator
     bool live = true;        // real or stepped time; false: a batch run
     // What another lattice, or another scene, would discard; "": nothing.
     std::string work;
@@ -50,7 +52,7 @@ constexpr CommandField<M C::*> command_field(const char* key, M C::*member, cons
 
 struct CommandRow {
     const char* name;   // in files
-    const char* label;  // on panels
+    const char* label;  // in messages on panels
     const char* help;   // one sentence
     Receiver receiver;
     UndoRule undo;
@@ -99,10 +101,12 @@ struct Row<PlaceObject> {
                                     needs_edits};
     static constexpr std::tuple fields{
         command_field("object", &PlaceObject::object, "the object"),
-        command_field("centre", &PlaceObject::centre, "of the object's frame; absent: as it is",
-                      anywhere),
+        command_field(
+            "centre", &PlaceObject::centre,
+            "new origin of the object's frame, in the frame of the scene's file; absent: unchanged",
+            anywhere),
         command_field("rotation", &PlaceObject::rotation,
-                      "quaternion [w, x, y, z] from the object's frame; absent: as it is",
+                      "quaternion [w, x, y, z] from the object's frame; absent: unchanged",
                       turn_range)};
 };
 template <>
@@ -113,7 +117,7 @@ struct Row<SetMaterial> {
     static constexpr std::tuple fields{
         command_field("object", &SetMaterial::object, "the object"),
         command_field("material", &SetMaterial::material,
-                      "as in a scene: a preset's name, or its keys")};
+                      "a preset's name, or an object as in a scene; replaces the whole material")};
 };
 template <>
 struct Row<SetCategory> {
@@ -139,16 +143,16 @@ struct Row<Rename> {
 template <>
 struct Row<SetFlags> {
     static constexpr CommandRow row{
-        "set_flags",
-        "Lock, hide",
-        "Locks an object, so that commands do not change it, or hides it from pictures.",
-        Receiver::document,
-        UndoRule::step,
-        needs_simulation};
+        "set_flags",        "Lock, hide",   "Locks, unlocks, hides or shows an object.",
+        Receiver::document, UndoRule::step, needs_simulation};
     static constexpr std::tuple fields{
         command_field("object", &SetFlags::object, "the object"),
-        command_field("locked", &SetFlags::locked, "absent: as it is"),
-        command_field("hidden", &SetFlags::hidden, "absent: as it is")};
+        command_field("locked", &SetFlags::locked,
+                      "every command on it is refused, except set_flags and the end of carry; "
+                      "absent: unchanged"),
+        command_field("hidden", &SetFlags::hidden,
+                      "its category is not drawn if all objects of the category are hidden; "
+                      "absent: unchanged")};
 };
 template <>
 struct Row<SetGravity> {
@@ -159,12 +163,9 @@ struct Row<SetGravity> {
 };
 template <>
 struct Row<SetWalls> {
-    static constexpr CommandRow row{"set_walls",
-                                    "Walls",
-                                    "Changes the walls; a key that is absent stays as it is.",
-                                    Receiver::document,
-                                    UndoRule::merge,
-                                    needs_edits};
+    static constexpr CommandRow row{
+        "set_walls",        "Walls",         "Changes the walls; absent keys are unchanged.",
+        Receiver::document, UndoRule::merge, needs_edits};
     static constexpr std::tuple fields{
         command_field("min", &SetWalls::min, "low corner", {-1000, 1000, "m"}),
         command_field("max", &SetWalls::max, "high corner", {-1000, 1000, "m"}),
@@ -182,15 +183,17 @@ struct Row<SetHands> {
     static constexpr CommandRow row{
         "set_hands",
         "Tools",
-        "Changes what the hands hold and their size; a key that is absent stays as it is.",
+        "Changes tools, presence, zoom and position of the hands; absent keys are unchanged.",
         Receiver::document,
         UndoRule::none,
         needs_edits};
     static constexpr std::tuple fields{
-        command_field("left", &SetHands::left, "{\"present\": true, \"held\": \"rod\"}"),
-        command_field("right", &SetHands::right, "the same"),
+        command_field("left", &SetHands::left, "what the left hand holds, and whether it acts"),
+        command_field("right", &SetHands::right, "the same of the right hand"),
         command_field("zoom", &SetHands::zoom, "simulation metres per real metre", {0.01, 1000}),
-        command_field("at", &SetHands::at, "of the tracker's origin", anywhere)};
+        command_field("at", &SetHands::at,
+                      "position of the tracker's origin, in the frame of the scene's file",
+                      anywhere)};
 };
 template <>
 struct Row<SetSurface> {
@@ -218,13 +221,14 @@ struct Row<Carry> {
     static constexpr CommandRow row{
         "carry",
         "Carry",
-        "Begins or ends to carry objects with a hand: in between they move with its palm.",
+        "Starts or stops carrying objects with a hand; while carried they move with its palm.",
         Receiver::session,
         UndoRule::step,
         needs_edits};
-    static constexpr std::tuple fields{command_field("objects", &Carry::objects, "the objects"),
-                                       command_field("side", &Carry::side, "the hand"),
-                                       command_field("begins", &Carry::begins, "false: ends")};
+    static constexpr std::tuple fields{
+        command_field("objects", &Carry::objects, "the objects"),
+        command_field("side", &Carry::side, "the hand; without effect on stopping"),
+        command_field("begins", &Carry::begins, "true: start; false: stop")};
 };
 template <>
 struct Row<Open> {

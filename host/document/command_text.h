@@ -19,9 +19,9 @@ struct LoggedCommand {
     int line = 0;  // of the file it was read from; 0: of none
 };
 
-// A log: what it was recorded of, if its first line says so, and the commands in order of frames.
+// A log: the contents of its first line, if it has one, and the commands in order of frames.
 struct CommandLog {
-    std::string scene;                  // file, as given; "": not said
+    std::string scene;                  // file, as given; "": not given
     std::vector<std::string> settings;  // --set, as given
     std::string recording;              // hash of the recording's file; "": of none
     std::vector<LoggedCommand> commands;
@@ -29,8 +29,8 @@ struct CommandLog {
 
 // {"NAME": {...}}; values are written to the bit.
 Json json_of(const Command& command);
-// Reads what json_of() writes. `pointer`: place of `value` in `file`. `folder`: where files lie
-// that the command names with a relative path. Throws InputError with the field.
+// Reads what json_of() writes. `pointer`: place of `value` in `file`, for messages. `folder`: of
+// the files that the command gives by a relative path. Throws InputError with the field.
 Command read_command(const Json& value, const std::string& file, const std::string& pointer,
                      const std::string& folder);
 
@@ -40,7 +40,7 @@ CommandLog parse_command_log(const std::string& text, const std::string& file,
 CommandLog read_command_log(const std::string& file, const std::string& folder);
 
 std::string line_of(const LoggedCommand& logged);  // with a line's end
-std::string to_text(const CommandLog& log);        // with a first line, if it says anything
+std::string to_text(const CommandLog& log);        // first a line with `scene` etc., if not empty
 void write_command_log(const std::string& file, const CommandLog& log);  // throws OutputError
 
 // The log beside a recording: its name and ".commands".

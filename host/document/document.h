@@ -1,5 +1,5 @@
-// What a scene is: a small immutable value. Commands (command.h) make new documents of it; the
-// particles of the clay are in the solver. docs/method/document.md.
+// State of a scene without its clay, as an immutable value. Commands (command.h) make new documents
+// of it; the particles of the clay are in the solver. docs/method/document.md.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -11,7 +11,9 @@
 
 namespace knead {
 
-// Of an object; never used twice in a session, also not after the object was removed. 0: none.
+// Of an object; 0: none. A scene's file's objects have 1, 2, ... in its order, again after reset
+// and open. Objects added later have rising numbers, which are not reused for added objects in a
+// session.
 struct ObjectId {
     std::uint32_t value = 0;
     auto operator<=>(const ObjectId&) const = default;
@@ -34,8 +36,9 @@ struct SceneObject {
     MaterialSpec material{};  // as stated; its name is that of the preset
     RigidMotion<double> pose{{1, 0, 0, 0}, {0, 0, 0}};  // from the object's frame [m]
     ObjectSource source;
-    bool locked = false;  // commands do not change it
-    bool hidden = false;  // not drawn
+    // Every command on it is refused, except SetFlags and the end of Carry.
+    bool locked = false;
+    bool hidden = false;  // its category is not drawn if all objects of the category are hidden
 };
 
 struct SceneSettings {
@@ -52,7 +55,7 @@ struct HandSettings {
     Vec3<double> at{};  // of the tracker's origin in the frame of the scene's file [m]
 };
 
-// Copies share what they have in common: a copy costs a pointer per object.
+// Objects, settings and hands are shared between copies by pointer; a copy copies pointers only.
 struct Document {
     std::vector<std::shared_ptr<const SceneObject>> objects;  // in the order of their ids
     std::shared_ptr<const SceneSettings> scene = std::make_shared<const SceneSettings>();
@@ -79,9 +82,8 @@ std::string document_text(const Document& document);  // canonical JSON, numbers
 
 // The document of a scene as read, or built: its objects have the ids 1, 2, ... in their order.
 Document document_of(const Scene& scene);
-// The scene of a document: `scene` with the document's objects, gravity, walls, surface and hands
-// in place of its own, as if read from a file, not built. The lattice stays that of `scene`. Throws
-// InputError for what the reader of scenes refuses, too.
+// `scene` with the objects, gravity, walls, surface and hands of the document, not built yet. The
+// lattice is unchanged. Throws InputError where the scene reader would.
 Scene scene_of(Scene scene, const Document& document);
 
 // An object as scenes and documents write it.

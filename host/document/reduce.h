@@ -7,7 +7,7 @@
 
 namespace knead {
 
-// Gives ids to new objects: rising, never twice. One per session; undo and reset do not lower it.
+// Gives rising ids to new objects, none twice. One per session; reset does not lower it.
 class IdSource {
   public:
     explicit IdSource(std::uint32_t used = 0) : last(used) {}

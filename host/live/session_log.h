@@ -1,7 +1,6 @@
-// What a live session did, as it did it: enough to compute its clay again to the bit on a simulator
-// that is deterministic. The clock decides four things in real time, and the log has them: when
-// hands are sampled, after how many substeps a frame is cut, in which frame the result of a
-// background task of the splats is taken, and between which frames a new object is prepared.
+// Events of a live session, sufficient to compute its clay again to the bit on a deterministic
+// simulator. Four kinds depend on the clock in real time: sampling times of the hands, cuts of
+// frames, frames in which background results are taken, and the preparation of new objects.
 #pragma once
 #include <memory>
 #include <variant>
@@ -18,9 +17,9 @@ struct LiveScene;
 struct LoggedFrame {
     double sampled = 0;       // when its hands were sampled, of the session [s]
     int cut_after = 0;        // substeps; 0: it is whole
-    std::vector<bool> taken;  // of each question whether a background result is taken: the answer
+    std::vector<bool> taken;  // for each poll of a background result: whether it was taken
 };
-// The clay of a new object was begun: it leaves room for the clay as it was then.
+// Preparation of a new object began: room is left for the clay of this frame, not of a later one.
 struct LoggedPreparation {
     AddObject command;
 };
@@ -32,8 +31,8 @@ struct SessionLog {
     std::vector<SessionEvent> events;
 };
 
-// Computes the session again with a simulator made by `make`. Throws std::runtime_error with the
-// number of the frame in which it differs from the log or ends by a fault.
+// Computes the session again with a simulator made by `make`, and returns the particles. Throws
+// std::runtime_error if a command is refused, a frame fails or background tasks do not match.
 std::vector<Particle<double>> replayed(
     const SessionLog& log, const std::function<std::unique_ptr<Simulator>(const Setup&)>& make);
 

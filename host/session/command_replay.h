@@ -1,5 +1,4 @@
-// Plays a log of commands in a batch run: the same commands between the same frames as in the
-// session, or the script, that the log is of.
+// Applies a log of commands in a batch run, each between the two frames that the log gives.
 #pragma once
 #include <functional>
 #include <memory>
@@ -12,8 +11,8 @@
 
 namespace knead {
 
-// Recorded hands whose tools, zoom and place commands change: the hand filter is restarted where
-// the session restarted it.
+// Recorded hands in a run whose commands change tools, zoom and position. Restarts the hand filter
+// after the same frames as the session did.
 class RecordedHands {
   public:
     // `options`: the scene's hands. `rate`: simulated frames per second of the recording. Throws

@@ -28,8 +28,8 @@ struct PreparedObject {
 PreparedObject prepared(const Scene& scene, const WallOptions& walls, const SceneObject& object);
 // The box of its particles and one spacing beside it, in the simulation's frame.
 Box3<double> surroundings(const PreparedObject& clay);
-// Removes particles where there is clay, of which these are the places in the surroundings: it
-// belongs to the object that came first. Throws std::invalid_argument if none is left.
+// Removes the particles nearer than 3/4 of a spacing to the positions `there`, which are those of
+// other clay within surroundings(). Throws std::invalid_argument if none is left.
 void leave_room(PreparedObject& clay, const std::vector<Vec3<double>>& there);
 
 class SceneEditor {
@@ -39,7 +39,7 @@ class SceneEditor {
         const Scene& scene;  // built
         SceneSplats& splats;
         SessionLoop& loop;
-        EditableSimulator* simulator;  // null: takes no edits
+        EditableSimulator* simulator;  // null: not editable
         // Replaces the tools and the hands' motion, all or nothing; after the edit of the clay.
         std::function<void(const HandsOptions&)> set_hands;
         std::function<void(int nodes)> set_surface;  // all or nothing; null: not here
@@ -56,8 +56,8 @@ class SceneEditor {
     CommandAnswer apply(const Command& command, PreparedObject* ready = nullptr);
     // Moves a body of a recording of an older format.
     std::optional<Refusal> move(ObjectId object, const RigidMotion<double>& motion);
-    // Makes the simulator that of another document; throws what a simulator throws, and has changed
-    // nothing then.
+    // Edits the simulator so that it matches the document `to`, then replaces document(). Throws
+    // what the simulator throws. Strong guarantee.
     void synchronise(const DocumentPtr& to, PreparedObject* ready = nullptr);
 
     // Call after each frame: moves what is carried with the palm that carries it.
@@ -67,7 +67,8 @@ class SceneEditor {
     // `live`: see Situation.
     Situation situation(bool live) const;
     bool carries() const { return !carried.empty(); }
-    // The objects of the simulator that are an object's clay; paged clay is not among them.
+    // Number of the object in the simulator; of local clay, that of its own object, not of its
+    // cubes. Precondition: the document has the object.
     int simulated(ObjectId object) const { return objects.at(object); }
     long edits() const { return count; }            // so far
     long clay_edits() const { return clay_count; }  // that moved, added or removed clay
