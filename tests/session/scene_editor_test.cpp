@@ -390,7 +390,7 @@ TEST(SceneEditor, NewClayIsThatOfAScene)
 // Wherever an edit fails, the document, the rules and the clay are as before.
 TEST(SceneEditor, AFailureInTheMiddleLeavesAllAsItWas)
 {
-    const long pairs = repeats(sanitized ? 3 : 25, 1000);
+    const long pairs = repeats(sanitized ? 10 : 25, 1000);
     Random r(11);
     Edited e(Edited::built(three_objects()));
     const DocumentPtr first = e.editor->document();
