@@ -10,8 +10,11 @@ namespace knead {
 void read_splats_options(ObjectReader& r, SplatsOptions& splats, const std::string& folder)
 {
     const std::string file = r.text("file", "");
-    splats.file = folder.empty() || file.empty() ? r.beside("file", file)
-                                                 : (std::filesystem::path(folder) / file).string();
+    // Absolute, so that a log with this path can be read from another folder.
+    namespace fs = std::filesystem;
+    splats.file = folder.empty() || file.empty()
+                      ? r.beside("file", file)
+                      : fs::absolute(fs::path(folder) / file).lexically_normal().string();
     splats.size = r.number("size", {0, 1000, "m", true});
     splats.turn = r.number("turn", {-360, 360, "degrees"}, 0);
     splats.depth = r.number("depth", {0, 1000, "m"}, 0);

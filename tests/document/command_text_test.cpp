@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -195,7 +196,9 @@ TEST(CommandText, FilesOfALineLieInTheFolder)
                    parse_command_log(text, "logs/x.jsonl", "out").commands[0].command)
             .object.source.splats.file;
     };
-    EXPECT_EQ(file("pot.ply"), "out/pot.ply");
+    const std::string there = (std::filesystem::current_path() / "out/pot.ply").string();
+    EXPECT_EQ(file("pot.ply"), there);
+    EXPECT_EQ(file(there), there) << "read again, from any folder";
     EXPECT_EQ(file("/clay/pot.ply"), "/clay/pot.ply");
 }
 
