@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "cuda/math/rotation.h"
 #include "host/document/command_table.h"
@@ -43,30 +44,15 @@ const SceneObject& object_in(const Document& d, const ObjectRef& ref, const std:
                                     name.substr(0, 60)));
 }
 
-// Texts that are not could not be written into a log.
+// JSON, and with it a log, holds no other texts.
 bool is_utf8(const std::string& text)
 {
-    const auto byte = [&](std::size_t i) {
-        return i < text.size() ? unsigned(static_cast<unsigned char>(text[i])) : 0u;
-    };
-    for (std::size_t i = 0; i < text.size();) {
-        const unsigned first = byte(i);
-        const int more = first < 0x80         ? 0
-                         : first >> 5 == 0x06 ? 1
-                         : first >> 4 == 0x0e ? 2
-                         : first >> 3 == 0x1e ? 3
-                                              : -1;
-        if (more < 0) return false;
-        unsigned value = more ? first & (0x3fu >> more) : first;
-        for (int k = 1; k <= more; ++k) {
-            if (byte(i + std::size_t(k)) >> 6 != 0x02) return false;
-            value = value << 6 | (byte(i + std::size_t(k)) & 0x3f);
-        }
-        constexpr unsigned least[] = {0, 0x80, 0x800, 0x10000};
-        if (value < least[more] || value > 0x10ffff || value >> 11 == 0x1b) return false;
-        i += std::size_t(more) + 1;
+    try {
+        Json(text).dump();
+        return true;
+    } catch (const Json::type_error&) {
+        return false;
     }
-    return true;
 }
 
 // Numbers of a command from a panel or a program, which no reader has checked.

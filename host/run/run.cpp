@@ -280,9 +280,6 @@ RunRecord run_frames(const Scene& scene, Simulator& solver, const HandSource* ha
     by.most_substeps = scene.most_substeps;
     by.on_progress = watch.on_progress;
     if (earlier) by.frames_before = int(earlier->rows.size());
-    if (earlier)
-        by.materials =
-            solver.editable()->config().materials;  // including clay added since the start
     by.interrupted = [&] { return interrupted() || (watch.stop && watch.stop()); };
     SessionLoop loop(solver, watch.motion ? watch.motion : recorded_motion(hands, scene.hands), by);
     Run run(scene, solver, loop, options);
