@@ -5,16 +5,23 @@
 namespace knead::gpu {
 namespace {
 
+// The last substep of a frame that begins with substep n and takes `most` at most (0: any number).
+__device__ int last_of(int n, int most)
+{
+    constexpr int largest = 0x7fffffff;
+    return most > 0 ? n + min(most - 1, largest - n) : n - 1;
+}
+
 // Starts a frame, or the remainder of one.
 __device__ void begin_frame(const BeginView& d)
 {
     Clock& c = *d.clock;
     c.duration = d.input->duration;
     c.tool_step = d.input->tool_step;
-    const bool anew = c.mode == Mode::running;
+    const bool anew = c.mode != Mode::going_on;
     c.step(c.done) =
         anew ? step_at(d.limits, 0, c.extremes(c.done), c.tool_step, c.duration) : c.resume;
-    if (anew) c.counters = {};
+    if (anew) c.counters = {}, c.last = last_of(c.done, d.input->most_substeps);
     c.first = c.done, c.begun = c.done - 1;
     c.near_blocks = c.far_blocks = 0;
     c.mode = Mode::running;

@@ -52,8 +52,9 @@ constexpr int pose_parts = 8;
 
 // What a frame does. stopped: nothing, because the previous frame stopped (stored_region.h);
 // going_on: the remainder of a stopped frame; cut: nothing, because the host ended the previous
-// frame early.
-enum class Mode : int { running, stopped, going_on, cut };
+// frame early; bounded: as running, and the previous frame ended early after a given number of
+// substeps.
+enum class Mode : int { running, stopped, going_on, cut, bounded };
 
 // State of the time integration. Substeps are counted across frames; data of substep n is kept in
 // element n of a ring of two or three. No kernel writes data that its other thread blocks read, so
@@ -78,6 +79,7 @@ enum class Mode : int { running, stopped, going_on, cut };
 //                   begin     sort     others     grid n                     g2p n
 //    done           r         r        r          r                          w n + 1
 //    first          w                             r
+//    last           w                             r
 //    begun          w n - 1                       r, w n                     r
 //    dt[0], dt[1]                                 w n, n + 1                 r
 //    steps          w n                r n        r n, w n + 1               r n + 1
@@ -96,7 +98,7 @@ enum class Mode : int { running, stopped, going_on, cut };
 //    unsorted       w
 //    begins         w                  r
 //    relisted       w                  r
-//    mode, resume   r, w                          r, w: stopped or cut before n + 1
+//    mode, resume   r, w                          r, w: ends early before n + 1
 //    halt                                         r
 //    duration       w                  r          r                          r
 //    tool_step      w                             r
@@ -119,6 +121,7 @@ enum class Mode : int { running, stopped, going_on, cut };
 struct Clock {
     int done, begun;  // substeps completed; the current one
     int first;        // of the frame, or of the remainder of one
+    int last;         // after which a bounded frame ends at the latest; else none of the frame's
     float dt[2];      // of the current substep and of the next [s]; 0: there is none
     Step steps[3];
     Lag lag;                        // of Gaussians, including the current substep

@@ -116,6 +116,47 @@ __global__ void __launch_bounds__(threads) id_kernel(const ParticleView from, co
     to.ids[id] = id;
 }
 
+__global__ void __launch_bounds__(threads)
+    to_planes_kernel(const ConstParticleView from, float* planes)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i >= from.count) return;
+    const Particle<float> q = from.load_state(i);
+    const float words[plane_words] = {q.x.x,
+                                      q.x.y,
+                                      q.x.z,
+                                      q.e.xx,
+                                      q.e.yy,
+                                      q.e.zz,
+                                      q.e.xy,
+                                      q.e.xz,
+                                      q.e.yz,
+                                      q.k,
+                                      __int_as_float(q.object),
+                                      __uint_as_float(q.label())};
+    float* to = planes + from.ids[i];
+    UNROLL
+    for (int p = 0; p < plane_words; ++p) to[std::size_t(p) * std::size_t(from.count)] = words[p];
+}
+
+// Writes the first three rows; the others stay.
+__global__ void __launch_bounds__(threads)
+    from_planes_kernel(const float* planes, const ParticleView to)
+{
+    const int i = int(blockIdx.x * threads + threadIdx.x);
+    if (i >= to.count) return;
+    float words[plane_words];
+    UNROLL
+    for (int p = 0; p < plane_words; ++p)
+        words[p] = planes[std::size_t(p) * std::size_t(to.count) + std::size_t(i)];
+    Particle<float> q{};
+    q.x = {words[0], words[1], words[2]};
+    q.e = {words[3], words[4], words[5], words[6], words[7], words[8]};
+    q.k = words[9], q.object = __float_as_int(words[10]), q.sides = __float_as_uint(words[11]);
+    to.store_state(i, q);
+    to.ids[i] = i;
+}
+
 int blocks_of(const ParticleView& particles) { return blocks_for(particles.count, threads); }
 
 bool identity(const RigidMotion<double>& m)
@@ -189,6 +230,20 @@ void slide_on(Sliding<float>* all, int count, const int* then, const Clock* cloc
     if (count == 0) return;
     launch("slide on", slide_kernel, (count + threads - 1) / threads, threads, stream, all, count,
            then, clock);
+}
+
+void to_planes(const ConstParticleView& from, float* planes, cudaStream_t stream)
+{
+    launch("to planes", to_planes_kernel, blocks_for(from.count, threads), threads, stream, from,
+           planes);
+}
+
+void from_planes(const float* planes, const ParticleView& to, cudaStream_t stream)
+{
+    if (to.count == 0) return;
+    launch("from planes", from_planes_kernel, blocks_of(to), threads, stream, planes, to);
+    const std::size_t row = std::size_t(to.count) * sizeof(float4);
+    check(cudaMemsetAsync(&to.row(3, 0), 0, (particle_rows - 3) * row, stream), "from planes");
 }
 
 void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream)

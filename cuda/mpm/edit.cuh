@@ -50,6 +50,13 @@ void keep_others(const ParticleView& from, const char* gone, const ParticleView&
 // Continues restored Sliding records, saved after `then` substeps, at the clock's current substep.
 void slide_on(Sliding<float>* all, int count, const int* then, const Clock* clock,
               cudaStream_t stream);
+// Clay without velocities as planes of 32-bit words by id, `count` words each: x y z, e.xx yy zz xy
+// xz yz, k, object, label.
+constexpr int plane_words = 12;
+void to_planes(const ConstParticleView& from, float* planes, cudaStream_t stream);
+// Particles at rest, in order of id, from such planes. These may lie in `to` behind its first four
+// rows.
+void from_planes(const float* planes, const ParticleView& to, cudaStream_t stream);
 // Copies all particles in order of id.
 void order_by_id(const ParticleView& from, const ParticleView& to, cudaStream_t stream);
 

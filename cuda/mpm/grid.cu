@@ -80,7 +80,7 @@ __device__ void choose_next_dt(const GridUpdateView& d)
     Clock& c = *d.clock;
     Counters& all = c.counters;
     const StepBasis now = step_basis(c);
-    const int active[3] = {c.active[0], c.active[1], c.active[2]}, halt = c.halt;
+    const int active[3] = {c.active[0], c.active[1], c.active[2]}, halt = c.halt, last = c.last;
     const bool even = c.crowded[0], odd = c.crowded[1];
     const double dt_min = all.dt_min, dt_max = all.dt_max;
     Lag lag = c.lag;
@@ -88,9 +88,15 @@ __device__ void choose_next_dt(const GridUpdateView& d)
     const bool crowded = before ? odd : even;
     const Step step = now.step;
     Step next = now.next(d.limits);
-    const bool stops = (crowded || halt) && step.dt > 0 && next.dt > 0;
-    if (stops) c.mode = crowded ? Mode::stopped : Mode::cut, c.resume = next, next.dt = 0;
-    c.crowded[before] = crowded && !stops;  // set by a last substep: the next frame stops
+    // At its bound a frame ends, whatever else: the next one finds the rim again.
+    const bool bounded = n == last;
+    const bool ends = (crowded || halt || bounded) && step.dt > 0 && next.dt > 0;
+    if (ends) {
+        c.mode = bounded ? Mode::bounded : crowded ? Mode::stopped : Mode::cut;
+        c.resume = next, next.dt = 0;
+    }
+    // Set by a last substep: the next frame stops.
+    c.crowded[before] = crowded && (bounded || !ends);
     c.set_peak(n, {});
     c.woken[n & 1] = 0;
     c.active[(n + 1) % 3] = own;

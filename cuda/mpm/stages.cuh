@@ -46,6 +46,7 @@ constexpr int max_joints = 1024, max_tools = 256;
 // Input of one frame, written by the host before it starts; only the part in use is copied.
 struct FrameInput {
     double duration, tool_step;  // [s]
+    int most_substeps;           // after which the frame ends, as bounded; 0: any number
     Tool<float> tools[max_tools];
     // All joints at the start of the frame, then all at its end: ToolView::joints each.
     Joint<double> joints[2 * max_joints];

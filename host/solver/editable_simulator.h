@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cuda/mpm/edit.h"
+#include "host/solver/clay_rows.h"
 #include "host/solver/simulator.h"
 
 namespace knead {
@@ -102,6 +103,12 @@ class EditableSimulator : public Simulator {
     // split, in order, then `added`, then `placed`. The caller restores spatial order where it
     // needs it.
     virtual void edit_gaussians(const GaussianEdits& edits) = 0;
+    // Replaces clay, Gaussians, materials, gravity and walls. Afterwards the simulator gives the
+    // same bits as one constructed from config(), with these particles in order of id. The tools
+    // stay, and the other options must equal this simulator's. `config.cuts` applies, except that
+    // it stays true while a tool is a blade. The clay of ClayRows is at rest: v = C = 0.
+    virtual void replace(const SimulationConfig& config, const ClayRows& clay) = 0;
+    virtual void replace(const SimulationConfig& config, const InitialState& contents) = 0;
     // As edited. The material of a removed object is all zero.
     virtual const SimulationConfig& config() const = 0;
 
@@ -110,9 +117,16 @@ class EditableSimulator : public Simulator {
     virtual void restore(const Snapshot& snapshot) = 0;
     // Contents of a snapshot; particles by id. Thread-safe, also while the simulator computes.
     virtual SnapshotData held(const Snapshot& snapshot) const = 0;
+    // The clay of a snapshot without its velocities; likewise thread-safe.
+    virtual ClayRows rows(const Snapshot& snapshot) const = 0;
     // The Gaussians of these objects in a snapshot, likewise thread-safe.
     virtual SomeGaussians gaussians_of(const Snapshot& snapshot,
                                        std::span<const int> objects) const;
+    // What save() returned when the snapshot was taken; likewise thread-safe.
+    virtual SavedState saved(const Snapshot& snapshot) const = 0;
+    // Allocates for so many snapshots of this size at a time, and for reading one of them: they
+    // then take no allocation. Precondition: no frame in flight.
+    virtual void reserve_snapshots(int) {}
     virtual SavedState save() const = 0;
     virtual void load(const SavedState& state) = 0;
 };

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "cuda/mpm/material.h"
@@ -42,6 +43,11 @@ bool finite(const Gaussian<double>& g)
     return finite(g.x) && finite(g.F.a) && finite(g.F.b) && finite(g.F.c);
 }
 constexpr const char* not_finite = "a Gaussian with a number that is not finite";
+constexpr const char* not_finite_clay = "a particle with a number that is not finite";
+constexpr const char* needed =
+    "a material needs a density, a mass, a volume and a stiffness above 0";
+constexpr long most_particles = 200000000;
+constexpr const char* too_many = "more than 2e8 particles";
 
 // The first index for which holds() is false; `count` if there is none. Parallel, to keep edits
 // short in VR: 500 000 places take 15 ms on one core. `work`: total number of places.
@@ -63,8 +69,7 @@ long first_failing(std::size_t count, std::size_t work, Holds&& holds)
 
 void check_material(const Material<double>& m)
 {
-    require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0,
-            "a material needs a density, a mass, a volume and a stiffness above 0");
+    require(m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0, needed);
     if (const auto fault = fault_of(stated(m))) throw std::invalid_argument(fault->text());
     check_materials({m});
 }
@@ -154,6 +159,94 @@ std::vector<AddedPiece> pieces_of(Clays clays)
     return pieces;
 }
 
+// The scene without clay, and with the materials, gravity, walls and cuts of `config`.
+SceneState SceneState::emptied(const SimulationConfig& config) const
+{
+    const auto step = [](const StepOptions& s) {
+        return std::tuple{s.fixed, s.courant, s.tool, s.largest};
+    };
+    const auto rest = [](const Rest<double>& r) {
+        return std::tuple{r.mode, r.speed, r.frames, r.push, r.reach};
+    };
+    require(config.lattice.size == now.lattice.size && config.lattice.dx == now.lattice.dx,
+            "the scene has another lattice than the simulator");
+    require(step(config.step) == step(now.step) && rest(config.rest) == rest(now.rest) &&
+                config.grid_contact == now.grid_contact && config.passes == now.passes,
+            "the scene has other options of substeps, rest or contact than the simulator");
+    SceneState next = *this;
+    for (const Material<double>& m : config.materials) {
+        const bool removed = m == Material<double>{};
+        require(removed || (m.density > 0 && m.mass > 0 && m.volume > 0 && sound_speed(m) > 0),
+                needed);
+    }
+    check_materials(config.materials);
+    next.now.materials = config.materials;
+    next.counts.assign(config.materials.size(), 0);
+    next.set_gravity(config.gravity);
+    next.set_walls(config.walls);
+    next.now.cuts = config.cuts;
+    for (const Tool<double>& tool : now.tools) next.now.cuts = next.now.cuts || tool.blade;
+    return next;
+}
+
+// Checks and counts the particles; particle(i) returns each.
+template <class At>
+void SceneState::fill(std::size_t count, At&& particle)
+{
+    require(long(count) < most_particles, too_many);
+    const long bad = first_failing(count, count, [&](std::size_t i) {
+        const Particle<double> p = particle(i);
+        return known(p.object) && finite(p) && p.sides <= below &&
+               between(now.walls, p.x, now.lattice.dx);
+    });
+    if (bad < long(count)) {
+        const Particle<double> p = particle(std::size_t(bad));
+        check_object(p.object);
+        require(finite(p), not_finite_clay);
+        require(p.sides <= below, "a particle with an invalid label");
+        check_place(p.x);
+    }
+    for (std::size_t i = 0; i < count; ++i) ++counts[std::size_t(particle(i).object)];
+}
+
+SceneState SceneState::replaced(const SimulationConfig& config, const ClayRows& clay) const
+{
+    const std::size_t n = clay.count;
+    require(
+        clay.planes.size() == clay_planes * n && clay.object.size() == n && clay.sides.size() == n,
+        [&] {
+            return fmt::format(
+                "clay of {0} particles: expected {1} numbers, {0} objects and {0} labels, not "
+                "{2}, {3} and {4}",
+                n, clay_planes * n, clay.planes.size(), clay.object.size(), clay.sides.size());
+        });
+    SceneState next = emptied(config);
+    next.fill(n, [&](std::size_t i) { return cast<double>(particle_at(clay, i)); });
+    next.check_gaussians(clay.gaussians);
+    return next;
+}
+
+SceneState SceneState::replaced(const SimulationConfig& config, const InitialState& contents) const
+{
+    SceneState next = emptied(config);
+    const std::vector<Particle<double>>& clay = contents.particles;
+    next.fill(clay.size(), [&](std::size_t i) -> const Particle<double>& { return clay[i]; });
+    next.check_gaussians(contents.gaussians);
+    return next;
+}
+
+bool SceneState::same_rules(const SceneState& replacement) const
+{
+    const SimulationConfig& next = replacement.now;
+    const auto same = [](Vec3<double> a, Vec3<double> b) {
+        return a.x == b.x && a.y == b.y && a.z == b.z;
+    };
+    const WallOptions &a = now.walls, &b = next.walls;
+    return counts == replacement.counts && now.materials == next.materials &&
+           now.cuts == next.cuts && same(now.gravity, next.gravity) && same(a.min, b.min) &&
+           same(a.max, b.max) && a.mode == b.mode && a.friction == b.friction;
+}
+
 std::vector<int> SceneState::add_each(const Material<double>& material, Clays clays)
 {
     check_material(material);
@@ -170,11 +263,11 @@ std::vector<int> SceneState::add_each(const Material<double>& material, Clays cl
     if (bad < long(pieces.size())) {
         const auto& of = pieces[std::size_t(bad)].of;
         const Particle<double>& p = *std::find_if_not(of.begin(), of.end(), fits);
-        require(finite(p), "a particle with a number that is not finite");
+        require(finite(p), not_finite_clay);
         check_place(p.x);
     }
     sum += added;
-    require(sum < 200000000, "more than 2e8 particles");
+    require(sum < most_particles, too_many);
     std::vector<int> objects;
     for (const std::vector<Particle<double>>& clay : clays) {
         objects.push_back(int(counts.size()));
@@ -283,15 +376,23 @@ void check_edits(const GaussianEdits& edits, std::size_t gaussians, std::size_t 
     }
 }
 
-void SceneState::check_gaussians(const std::vector<Gaussian<double>>& all) const
+template <class R>
+void SceneState::check_gaussians(const std::vector<Gaussian<R>>& all) const
 {
-    for (const Gaussian<double>& g : all) {
-        check_object(g.object);
-        require(finite(g), not_finite);
-        require(g.label() <= below && !g.still(), "a Gaussian with an invalid label");
-        check_place(g.x, "a Gaussian");
-    }
+    const long bad = first_failing(all.size(), all.size(), [&](std::size_t i) {
+        const Gaussian<double> g = cast<double>(all[i]);
+        return known(g.object) && finite(g) && g.sides <= below &&
+               between(now.walls, g.x, now.lattice.dx);
+    });
+    if (bad == long(all.size())) return;
+    const Gaussian<double> g = cast<double>(all[std::size_t(bad)]);
+    check_object(g.object);
+    require(finite(g), not_finite);
+    require(g.sides <= below, "a Gaussian with an invalid label");
+    check_place(g.x, "a Gaussian");
 }
+template void SceneState::check_gaussians(const std::vector<Gaussian<float>>&) const;
+template void SceneState::check_gaussians(const std::vector<Gaussian<double>>&) const;
 
 void SceneState::check_placed(std::span<const GaussianPlace> places) const
 {

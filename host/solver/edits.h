@@ -31,6 +31,14 @@ class SceneState {
     long count() const;
     double mass() const;  // of all clay [kg]
 
+    // The scene with other contents, and with the materials, gravity, walls and cuts of `config`:
+    // EditableSimulator::replace(). Throws std::invalid_argument for invalid contents.
+    SceneState replaced(const SimulationConfig& config, const ClayRows& clay) const;
+    SceneState replaced(const SimulationConfig& config, const InitialState& contents) const;
+    // Whether a scene that differs by such a replacement only has the same configuration and the
+    // same number of particles in each object.
+    bool same_rules(const SceneState& replacement) const;
+
     // Throws std::invalid_argument for invalid edits. Strong guarantee.
     std::vector<int> add_each(const Material<double>& material, Clays clays);
     void remove_each(std::span<const int> objects);
@@ -42,7 +50,8 @@ class SceneState {
     void set_walls(const WallOptions& walls);
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
     void check_attach(int object, const std::vector<Vec3<double>>& places) const;
-    void check_gaussians(const std::vector<Gaussian<double>>& all) const;
+    template <class R>
+    void check_gaussians(const std::vector<Gaussian<R>>& all) const;
     void check_placed(std::span<const GaussianPlace> places) const;
 
     void check_object(int object) const;
@@ -53,6 +62,9 @@ class SceneState {
 
   private:
     bool known(int object) const;  // exists and is not removed
+    SceneState emptied(const SimulationConfig& config) const;
+    template <class At>
+    void fill(std::size_t count, At&& particle);
 
     SimulationConfig now;
     std::vector<long> counts;

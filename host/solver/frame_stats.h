@@ -27,8 +27,11 @@ struct FrameStats {
     long active_blocks = 0;               // in the last substep
     long limits[int(Limit::count)] = {};  // substeps limited by each criterion
     std::uint32_t touched = 0;  // bits, tool_bit(): tools with particles inside or at a blade
-    bool cut = false;           // ended early by the StopCheck
+    bool cut = false;           // ended early by the StopCheck or the bound
     double reached = 0;         // if cut: simulated part of the frame [s]
+    // Largest particle speed at the frame's end, as it limits the next substep: without particles
+    // that the last substep found in a tool (speed_that_counts() in project.h) [m/s].
+    double fastest = 0;
 
     // A statistic by the `member` of its row.
     long& operator[](Count c) { return counts[c]; }
@@ -148,7 +151,8 @@ constexpr std::tuple rows{
     transient(Count::covered, "covered", "particle-substeps", Sum{}),
     transient(&FrameStats::touched, "touched", "tools", Any{}),
     transient(&FrameStats::cut, "cut", "", Any{}),
-    transient(&FrameStats::reached, "reached", "s", Last{})};
+    transient(&FrameStats::reached, "reached", "s", Last{}),
+    transient(&FrameStats::fastest, "fastest", "m/s", Last{})};
 
 }  // namespace frame_table
 
@@ -168,9 +172,9 @@ namespace frame_table {
 constexpr auto figures(const FrameStats& stats)
 {
     const auto& [counts, substeps, dt_min, dt_max, found_depth, active_blocks, limits, touched, cut,
-                 reached] = stats;
+                 reached, fastest] = stats;
     return std::tie(substeps, dt_min, dt_max, found_depth, active_blocks, limits, touched, cut,
-                    reached);
+                    reached, fastest);
 }
 constexpr std::size_t figure_count =
     std::tuple_size_v<decltype(figures(std::declval<const FrameStats&>()))>;

@@ -52,19 +52,21 @@ FrameStats Reference::advance(const Motion& motion, double duration)
     for (std::size_t t = 0; t < scene.tools.size(); ++t) set_tool(scene.tools[t], motion, t);
     const StepLimits limits = step_limits(scene);
     const double tool = tool_step(scene, motion, duration);
+    const int bound = take_substep_bound();
     Step step = step_at(limits, 0, extremes(), tool, duration);
     while (step.dt > 0) {
         const Step next = step_after(step, limits, extremes(), tool, duration);
         substep(motion, step.start / duration, next.start / duration, step.dt);
         count(step, stats);
         lag.add(step.dt);
-        const bool last = !(next.dt > 0) || ends_here(next.start, duration, stats);
+        const bool last = !(next.dt > 0) || ends_here(next.start, duration, stats, bound);
         if (lag.due() || last)
             deform(lag, last || clears_each_time(blades, duration, tool)), lag = {};
         if (last) break;
         step = next;
     }
     stats.active_blocks = active_blocks();
+    stats.fastest = extremes().speed;
     stats[Count::moved] = long(q.size()) * stats.substeps;
     end_cuts();
     return stats;

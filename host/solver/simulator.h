@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cuda/contact/contact.h"
@@ -88,6 +89,11 @@ class Simulator {
     // Replaces the check of all later frames; an empty function removes it.
     void set_stop_check(StopCheck check) { stop_check = std::move(check); }
 
+    // Bounds the next submitted frame: if it is not complete after `most` substeps, it ends there,
+    // as cut, in the state of a frame that a StopCheck has ended there. 0: no bound. Later frames
+    // are unbounded and whole, also one submitted behind it.
+    void set_substep_bound(int most) { next_bound = most; }
+
     // This simulator, if it can be edited and saved, else null.
     virtual EditableSimulator* editable() { return nullptr; }
     const EditableSimulator* editable() const { return const_cast<Simulator*>(this)->editable(); }
@@ -120,16 +126,20 @@ class Simulator {
 
   protected:
     bool has_stop_check() const { return bool(stop_check); }
+    // Call once at the start of each frame: its bound, or 0.
+    int take_substep_bound() { return std::exchange(next_bound, 0); }
     // Call after each substep. Returns whether the frame ends here and records it in `stats`.
-    bool ends_here(double reached, double duration, FrameStats& stats) const
+    bool ends_here(double reached, double duration, FrameStats& stats, int bound = 0) const
     {
-        stats.cut = stop_check && stop_check({stats.substeps, reached, duration});
+        stats.cut = (bound > 0 && stats.substeps >= bound) ||
+                    (stop_check && stop_check({stats.substeps, reached, duration}));
         if (stats.cut) stats.reached = reached;
         return stats.cut;
     }
 
   private:
     StopCheck stop_check;
+    int next_bound = 0;
     std::vector<FrameStats> done;
 };
 

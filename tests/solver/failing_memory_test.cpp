@@ -99,7 +99,8 @@ std::vector<Named> edits()
          }},
         {"SetGaussians", [=](EditableSimulator& of) { of.set_gaussians(fewer); }},
         {"EditGaussians", [=](EditableSimulator& of) { of.edit_gaussians(grown); }},
-        {"Load", [=](EditableSimulator& of) { of.load(saved); }}};
+        {"Load", [=](EditableSimulator& of) { of.load(saved); }},
+        {"Replace", [=](EditableSimulator& of) { of.replace(s, s); }}};
 }
 
 TEST_P(MemoryEnds, AndTheSceneIsAsItWas)

@@ -9,9 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "host/bench/ball.h"
 #include "host/run/report.h"
 #include "host/scene/scene.h"
 #include "host/solver/cpu/solver.h"
+#include "tests/solver/followers.h"
 
 namespace knead {
 namespace {
@@ -57,6 +59,7 @@ TEST(FrameStats, OfSeveralFramesAreCombinedAsTheirRowsSay)
     EXPECT_EQ(all.touched, one.touched | two.touched);
     EXPECT_TRUE(all.cut);
     EXPECT_EQ(all.reached, two.reached);
+    EXPECT_EQ(all.fastest, two.fastest);
     add_to(all, FrameStats{});
     EXPECT_EQ(all.dt_min, two.dt_min) << "a frame without substeps has no shortest one";
 }
@@ -139,6 +142,44 @@ TEST(FrameStats, TheReportHasEachWhereItsRowSays)
     each_statistic([&](const auto& row) {
         EXPECT_TRUE(knead.contains(nlohmann::json::json_pointer(row.report))) << row.name;
     });
+}
+
+class FastestParticle : public Following {
+  protected:
+    static double largest_speed(const Simulator& solver)
+    {
+        double most = 0;
+        for (const Particle<double>& p : solver.particles()) most = std::fmax(most, length(p.v));
+        return most;
+    }
+};
+INSTANTIATE_TEST_SUITE_P(Solver, FastestParticle,
+                         testing::Values(follower_float, follower_reference, follower_cuda),
+                         name_of);
+
+TEST_P(FastestParticle, HasTheLargestSpeedAtTheEndOfEachFrame)
+{
+    const auto solver = make(ball(16));
+    for (int f = 0; f < 4; ++f) {
+        const double fastest = solver->advance(no_motion(), 1.0 / 90).fastest;
+        const double most = largest_speed(*solver);
+        EXPECT_GT(most, 0);
+        EXPECT_NEAR(fastest, most, 1e-6 * most) << f;
+        EXPECT_EQ(solver->advance(no_motion(), 0).fastest, fastest) << "a frame of no length";
+    }
+}
+
+// Of clay that tools have just put out the speed does not count.
+TEST_P(FastestParticle, IsNoneThatWasFoundInATool)
+{
+    knead::Setup s = ball(32);
+    add_tools(s);
+    const auto solver = make(s);
+    for (int f = 0; f < 6; ++f) {
+        const FrameStats stats = solver->advance(closing(f / 90.0, 1.0 / 90), 1.0 / 90);
+        EXPECT_GT(stats.fastest, 0);
+        EXPECT_LE(stats.fastest, largest_speed(*solver) * (1 + 1e-6)) << f;
+    }
 }
 
 }  // namespace

@@ -290,6 +290,42 @@ void CpuSolver<R>::attach(int object, const std::vector<Vec3<double>>& places)
     });
 }
 
+template <class R>
+void CpuSolver<R>::replace_by(SceneState&& next, std::vector<Particle<R>>&& clay,
+                              std::vector<Gaussian<R>>&& gaussians)
+{
+    std::vector<int> order(clay.size());
+    std::iota(order.begin(), order.end(), 0);
+    all_or_nothing(std::move(clay), std::move(order), [&] {
+        book = std::move(next), splats = std::move(gaussians);
+        stillness = Stillness<R>(scene.rest, lattice), was_covered = false;
+        posed = PosedTools<R>(scene, lattice);
+        apply_config();
+    });
+}
+
+template <class R>
+void CpuSolver<R>::replace(const SimulationConfig& config, const ClayRows& clay)
+{
+    SceneState next = book.replaced(config, clay);
+    std::vector<Particle<R>> all(clay.count);
+    for (std::size_t i = 0; i < clay.count; ++i) all[i] = cast<R>(particle_at(clay, i));
+    std::vector<Gaussian<R>> gaussians;
+    for (const Gaussian<float>& g : clay.gaussians) gaussians.push_back(cast<R>(g));
+    replace_by(std::move(next), std::move(all), std::move(gaussians));
+}
+
+template <class R>
+void CpuSolver<R>::replace(const SimulationConfig& config, const InitialState& contents)
+{
+    SceneState next = book.replaced(config, contents);
+    std::vector<Particle<R>> all;
+    for (const Particle<double>& p : contents.particles) all.push_back(cast<R>(p));
+    std::vector<Gaussian<R>> gaussians;
+    for (const Gaussian<double>& g : contents.gaussians) gaussians.push_back(cast<R>(g));
+    replace_by(std::move(next), std::move(all), std::move(gaussians));
+}
+
 // Nodes whose clay slid in the last substep.
 template <class R>
 std::vector<SlidingNode> CpuSolver<R>::sliding_now() const
@@ -365,21 +401,38 @@ SnapshotData CpuSolver<R>::held(const Snapshot& snapshot) const
 }
 
 template <class R>
+ClayRows CpuSolver<R>::rows(const Snapshot& snapshot) const
+{
+    const auto& from = known(snapshot);
+    ClayRows to = empty_rows(from.q.size());
+    for (std::size_t i = 0; i < from.q.size(); ++i)
+        set_particle(to, std::size_t(from.ids[i]), cast<float>(from.q[i]));
+    to.gaussians.reserve(from.splats.size());
+    for (const Gaussian<R>& g : from.splats) {
+        to.gaussians.push_back(cast<float>(g));
+        to.gaussians.back().hold(false);
+    }
+    return to;
+}
+
+template <class R>
 std::vector<Particle<double>> CpuSolver<R>::particles() const
 {
     return in_double(q, ids);
 }
 
 template <class R>
-SavedState CpuSolver<R>::save() const
+SavedState CpuSolver<R>::saved(const Snapshot& snapshot) const
 {
+    const auto& from = known(snapshot);
     SavedState state;
-    state.config = config();
-    state.contents = {particles(), gaussians()};
-    state.order = ids;
-    state.speed_squared = float(most.speed * most.speed), state.stiffness = float(most.stiffness);
-    state.quiet = stillness.quiet, state.quiet_stored = lattice.stored;
-    state.covered = was_covered, state.sliding = sliding_now();
+    state.config = from.book.config();
+    state.contents = {in_double(from.q, from.ids), in_double(from.splats)};
+    state.order = from.ids;
+    state.speed_squared = float(from.most.speed * from.most.speed);
+    state.stiffness = float(from.most.stiffness);
+    state.quiet = from.quiet, state.quiet_stored = lattice.stored;
+    state.covered = from.was_covered, state.sliding = from.sliding;
     return state;
 }
 

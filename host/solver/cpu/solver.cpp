@@ -43,6 +43,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     pushout = cast<R>(pushout_limits(limits));
     const bool tools = !posed.bindings.empty();
     const double tool_dt = tool_step(scene, motion, duration);
+    const int bound = take_substep_bound();
     posed.activate(motion);
 
     const auto node = [&](const Particle<R>& p) {
@@ -71,9 +72,8 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         p2g(dt);
         grid_update(dt);
         g2p(dt);
-        count(step, stats);
-        lag.add(step.dt);
-        const bool last = !(next.dt > 0) || ends_here(next.start, duration, stats);
+        count(step, stats), lag.add(step.dt);
+        const bool last = !(next.dt > 0) || ends_here(next.start, duration, stats, bound);
         if (lag.due() || last)
             deform(lag, last || clears_each_time(posed.blades, duration, tool_dt)), lag = {};
         if (stillness.any()) wake_roused(stats);
@@ -85,7 +85,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     for (const ThreadStats& t : thread_stats) all.add(t);
     if (posed.blades) finish_cuts(all[Count::covered] > 0);
     all.put_into(stats, double(pushout.skin));
-    stats.active_blocks = long(bins.reached.size());
+    stats.active_blocks = long(bins.reached.size()), stats.fastest = most.speed;
     arranged = all[Count::moved] == 0, ++changes;
     // The three particle stages of a block run in sequence on one thread: divide the wall time in
     // proportion to their sampled stage_times.

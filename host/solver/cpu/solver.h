@@ -104,7 +104,11 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     std::shared_ptr<const Snapshot> snapshot() const override;
     SnapshotData held(const Snapshot& snapshot) const override;
     void restore(const Snapshot& from) override;
-    SavedState save() const override;
+    ClayRows rows(const Snapshot& snapshot) const override;
+    void replace(const SimulationConfig& config, const ClayRows& clay) override;
+    void replace(const SimulationConfig& config, const InitialState& contents) override;
+    SavedState saved(const Snapshot& snapshot) const override;
+    SavedState save() const override { return saved(*snapshot()); }
     void load(const SavedState& state) override;
     long version() const override { return changes; }
     std::size_t particle_count() const override { return q.size(); }
@@ -186,6 +190,8 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     void all_or_nothing(std::vector<Particle<R>> clay, std::vector<int> order, Change&& change);
     template <class Change>
     void edit_by_id(Change&& change);
+    void replace_by(SceneState&& next, std::vector<Particle<R>>&& clay,
+                    std::vector<Gaussian<R>>&& gaussians);
     std::vector<SlidingNode> sliding_now() const;
     void slide_on(const std::vector<SlidingNode>& nodes);
     void renumber();

@@ -28,14 +28,15 @@ void copy(void* to, const void* from, std::size_t bytes, cudaStream_t stream)
     if (bytes) check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDefault, stream), "edit");
 }
 
-// Particles in the device's row layout.
+// Particles in the device's row layout, in parallel.
 std::vector<float4> rows_of(const std::vector<Particle<double>>& particles,
                             const std::vector<int>& order)
 {
     std::vector<float4> rows(particle_rows * order.size());
     const ParticleView view{rows.data(), nullptr, int(order.size())};
-    for (int i = 0; i < view.count; ++i)
+    parallel_for(view.count, [&](int i) {
         view.store(i, cast<float>(particles[std::size_t(order[std::size_t(i)])]));
+    });
     return rows;
 }
 
@@ -110,12 +111,28 @@ void Store::resize(int count)
 {
     const auto n = std::size_t(count);
     reserve_scratch(count);
-    const auto exactly = [](auto& array, std::size_t wanted) {
-        using Array = std::remove_reference_t<decltype(array)>;
-        if (array.size() < wanted) array = Array(wanted);
+    const auto larger = [](const auto& array, std::size_t wanted) {
+        using Array = std::remove_cvref_t<decltype(array)>;
+        return array.size() < wanted ? Array(wanted) : Array();
     };
-    exactly(rows, row_places(n)), exactly(ids[0], n), exactly(ids[1], n);
+    auto all_rows = larger(rows, row_places(n));
+    auto one = larger(ids[0], n), other = larger(ids[1], n);
+    if (all_rows.size() > 0) rows = std::move(all_rows);
+    if (one.size() > 0) ids[0] = std::move(one);
+    if (other.size() > 0) ids[1] = std::move(other);
     set_count(count);
+}
+
+void Store::put(const ClayRows& clay, cudaStream_t stream) const
+{
+    static_assert(plane_words == clay_planes + 2);
+    const std::size_t n = clay.count;
+    // Rows 4 to 6 are free on side 0 (row_places()), and as large as the planes.
+    float* const planes = reinterpret_cast<float*>(rows.data() + 4 * n);
+    copy(planes, clay.planes.data(), clay_planes * n * sizeof(float), stream);
+    copy(planes + clay_planes * n, clay.object.data(), n * sizeof(int), stream);
+    copy(planes + (clay_planes + 1) * n, clay.sides.data(), n * sizeof(unsigned), stream);
+    from_planes(planes, all.particles[0], stream);
 }
 
 // Performs all allocations that may fail before particles are written to the other rows. Both sets
@@ -195,11 +212,7 @@ void Store::arrange_as_new(const Extent& around, int side, cudaStream_t stream)
     order_by_id(all.particles[side], {other_rows.data(), other_ids.data(), count()}, stream);
     wait(stream, "order by id");
     swap_in(int(n));
-    const Lattice<float> whole{all.lattice.size, all.lattice.dx};
-    const Lattice<float> fresh =
-        box_around(whole, base_node(around.lowest(), whole.spacing),
-                   base_node(around.highest(), whole.spacing) + Int3{3, 3, 3}, room.spare);
-    if (!same_box(fresh, all.lattice)) set_box(fresh);
+    enclose({around.lowest(), around.highest()});
 }
 
 Extent Store::extent(int object, const RigidMotion<double>& motion, int side,
@@ -210,16 +223,6 @@ Extent Store::extent(int object, const RigidMotion<double>& motion, int side,
     gpu::extent(all.particles[side], all.materials, object, motion, found.data(), stream);
     wait(stream, "extent");
     return found.downloaded()[0];
-}
-
-std::vector<SlidingNode> Store::sliding_now(int done) const
-{
-    std::vector<SlidingNode> nodes;
-    const std::vector<Sliding<float>> each = sliding.downloaded();
-    for (std::size_t i = 0; i < each.size(); ++i)
-        if (each[i].substep == done - 1)
-            nodes.push_back({int(i), each[i].force, each[i].time, each[i].impulse_deficit});
-    return nodes;
 }
 
 void Store::slide_on(const std::vector<SlidingNode>& nodes, int done) const
@@ -243,6 +246,12 @@ void Store::set_quiet(const std::vector<int>& quiet) const
     settle("quiet blocks");
 }
 
+void Store::forget_quiet(cudaStream_t stream) const
+{
+    if (!used.rests) return;
+    gpu::check(cudaMemsetAsync(box.quiet.data(), 0, box.quiet.bytes(), stream), "quiet blocks");
+}
+
 std::shared_ptr<DeviceState> Store::state(int side, cudaStream_t stream) const
 {
     auto to = std::make_shared<DeviceState>(
@@ -255,6 +264,14 @@ std::shared_ptr<DeviceState> Store::state(int side, cudaStream_t stream) const
     gpu::copy("snapshot", ranges, stream);
     gpu::check(cudaEventRecord(to->used, stream), "snapshot");
     return to;
+}
+
+StateView Store::state_view(int side) const
+{
+    return {all.lattice,      read_only(all.particles[side]),
+            box.quiet.data(), box.quiet.size(),
+            sliding.data(),   sliding.size(),
+            &all.clock->done};
 }
 
 void Store::put_back(const DeviceState& from, int side, cudaStream_t stream) const
@@ -277,6 +294,12 @@ Pool::Pool(int device)
     check(cudaMemPoolCreate(&pool, &properties), "snapshot memory");
     std::uint64_t keep = ~std::uint64_t(0);
     check(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keep), "snapshot memory");
+}
+
+PoolMemory::PoolMemory(const std::shared_ptr<Pool>& from, std::size_t bytes, cudaStream_t of)
+    : pool(from), stream(of)
+{
+    if (bytes) check(cudaMallocFromPoolAsync(&first, bytes, pool->pool, stream), "snapshot memory");
 }
 
 DeviceState::DeviceState(const Lattice<float>& of, int particles, std::size_t quiet,

@@ -123,15 +123,43 @@ void Store::grow()
     set_box(grown(all.lattice, ends));
 }
 
-void Store::hold(const Box3<float>& clay)
+namespace {
+
+// The nodes of the stencils of particles in a box: first and end.
+struct NodeRange {
+    Int3 first, end;
+};
+NodeRange nodes_around(const Box3<float>& clay, const Lattice<float>& l)
+{
+    return {base_node(clay.low, l.spacing), base_node(clay.high, l.spacing) + Int3{3, 3, 3}};
+}
+
+}  // namespace
+
+bool Store::holds(const Box3<float>& clay) const
 {
     const Lattice<float>& l = all.lattice;
-    const Int3 first = base_node(clay.low, l.spacing),
-               end = base_node(clay.high, l.spacing) + Int3{3, 3, 3};
+    const auto [first, end] = nodes_around(clay, l);
     const Int3 stored = l.low + l.stored;
-    const bool fits = first.x >= l.low.x && first.y >= l.low.y && first.z >= l.low.z &&
-                      end.x <= stored.x && end.y <= stored.y && end.z <= stored.z;
-    if (fits) return;
+    return first.x >= l.low.x && first.y >= l.low.y && first.z >= l.low.z && end.x <= stored.x &&
+           end.y <= stored.y && end.z <= stored.z;
+}
+
+void Store::enclose(const Box3<float>& clay)
+{
+    if (!used.fixed_point && holds(clay)) return;
+    const Lattice<float> whole{all.lattice.size, all.lattice.dx};
+    const auto [first, end] = nodes_around(clay, whole);
+    const Lattice<float> fresh = box_around(whole, first, end, room.spare);
+    if (!same_box(fresh, all.lattice)) set_box(fresh);
+}
+
+void Store::hold(const Box3<float>& clay)
+{
+    if (holds(clay)) return;
+    const Lattice<float>& l = all.lattice;
+    const auto [first, end] = nodes_around(clay, l);
+    const Int3 stored = l.low + l.stored;
     if (count() == 0) return set_box(box_around({l.size, l.dx}, first, end, room.spare));
     const Int3 from{min(first.x, l.low.x), min(first.y, l.low.y), min(first.z, l.low.z)};
     const Int3 to{max(end.x, stored.x), max(end.y, stored.y), max(end.z, stored.z)};

@@ -93,8 +93,9 @@ void GpuSolver::submit(const Motion& motion, double duration)
     Frame& f = frames[slot];
     f.motion = motion, f.duration = store.count() > 0 ? duration : 0;
     // The slot's previous frame, two frames ago, is complete: its input is no longer read.
-    f.tools =
-        tool_speed_class(store.write_input(config(), motion, duration, slot), motion, duration);
+    const int bound = take_substep_bound();
+    const bool tools = store.write_input(config(), motion, duration, bound, slot);
+    f.tools = tool_speed_class(tools, motion, duration);
     if (!stepwise && !graph(f.tools).ready) capture(f.tools);
     launch(slot);
     // Cuts are completed on the host before the next frame.
@@ -108,6 +109,7 @@ FrameStats GpuSolver::collect()
     const int slot = collected % 2;
     Frame& f = frames[slot];
     FrameStats stats;
+    stats.fastest = extremes_of(peak).speed;
     if (!(f.duration > 0)) return ++collected, stats;
     check(cudaSetDevice(device), "device");
     const bool nothing_done = was_cut;
@@ -121,13 +123,14 @@ FrameStats GpuSolver::collect()
     ++changes;
     const Clock& clock = *f.status.data();
     was_cut = clock.mode == Mode::cut;
-    stats.cut = was_cut;
+    stats.cut = was_cut || clock.mode == Mode::bounded;
     if (halted && submitted == collected) end_halt();
     if (nothing_done) return stats;  // the previous frame was cut while this one was in flight
     if (stats.cut) stats.reached = clock.resume.start;
     posed = f.tools != ToolPace::none;
     side = clock.side, drift = clock.drift;
     peak = clock.peak(clock.done + 1);
+    stats.fastest = extremes_of(peak).speed;
     const Counters& n = f.status->counters;
     stats.substeps = last_substeps = n.substeps;
     stats.dt_min = n.dt_min, stats.dt_max = n.dt_max;

@@ -1,6 +1,6 @@
 // The GPU implementation of EditableSimulator: submission and results in solver.cu, the stages of a
 // frame in frame.cu, growth of the stored box in region.cu, stage times in measure.cu, edits in
-// solver_edits.cu, the watchdog in watch.cu.
+// solver_edits.cu, snapshots in snapshots.cu, the watchdog in watch.cu.
 #pragma once
 #include <functional>
 #include <string>
@@ -42,6 +42,11 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     SnapshotData held(const Snapshot& snapshot) const override;
     SomeGaussians gaussians_of(const Snapshot& snapshot,
                                std::span<const int> objects) const override;
+    ClayRows rows(const Snapshot& snapshot) const override;
+    void replace(const SimulationConfig& config, const ClayRows& clay) override;
+    void replace(const SimulationConfig& config, const InitialState& contents) override;
+    SavedState saved(const Snapshot& snapshot) const override;
+    void reserve_snapshots(int count) override;
     SavedState save() const override;
     void load(const SavedState& from) override;
     long version() const override { return changes; }
@@ -99,6 +104,10 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     void edited();
     void set_clock(Peak most, double apart);
     const GpuSnapshot& known(const Snapshot& snapshot) const;
+    const GpuSnapshot& complete(const Snapshot& snapshot) const;
+    template <class R>
+    void replace_by(SceneState&& next, const std::vector<Gaussian<R>>& gaussians,
+                    const std::function<void()>& put);
 
     // Identifies this solver in its snapshots, by address.
     std::shared_ptr<const char> identity = std::make_shared<const char>();
@@ -106,7 +115,7 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     int device, processors;
     Store store;
     Splats splats;
-    Stream main, body, asking;
+    Stream main, body, asking, reading;  // reading: copies from snapshots, by any thread
     Clay shown{};
     int side = 0;       // of Clock: which particle buffer is current
     Peak peak;          // of Clock

@@ -1,6 +1,7 @@
 // Edits of the GPU solver. The host holds the rules, the store edits the device arrays, and the
 // graphs are captured again on the next submit().
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -211,52 +212,6 @@ void GpuSolver::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools
     edited();
 }
 
-std::shared_ptr<const Snapshot> GpuSolver::snapshot() const
-{
-    check_idle();
-    auto to = std::make_shared<GpuSnapshot>();
-    to->solver = identity, to->rules = book;
-    to->state = store.state(side, main);
-    to->splats = splats.state(store.snapshot_pool(), main);
-    to->peak = peak, to->drift = drift, to->was_covered = was_covered;
-    return to;
-}
-
-const GpuSnapshot& GpuSolver::known(const Snapshot& snapshot) const
-{
-    const auto* of = dynamic_cast<const GpuSnapshot*>(&snapshot);
-    if (!of || of->solver != identity)
-        throw std::invalid_argument("the snapshot is of another solver");
-    return *of;
-}
-
-SnapshotData GpuSolver::held(const Snapshot& snapshot) const
-{
-    const GpuSnapshot& from = known(snapshot);
-    const DeviceState& state = *from.state;
-    const GaussianState& of_splats = *from.splats;
-    check(cudaSetDevice(device), "device");
-    wait(state.used, "snapshot");
-    wait(of_splats.used, "snapshot");
-    std::vector<float4> rows(state.row_bytes / sizeof(float4));
-    std::vector<int> ids(std::size_t(state.count));
-    const auto download = [](auto& to, const unsigned char* of) {
-        if (to.empty()) return;
-        check(cudaMemcpy(to.data(), of, to.size() * sizeof to[0], cudaMemcpyDefault), "snapshot");
-    };
-    download(rows, state.rows()), download(ids, state.ids());
-    return {in_double({rows.data(), ids.data(), state.count}),
-            Splats::downloaded(of_splats.memory, of_splats.count, of_splats.room)};
-}
-
-SomeGaussians GpuSolver::gaussians_of(const Snapshot& snapshot, std::span<const int> objects) const
-{
-    const GpuSnapshot& from = known(snapshot);
-    check(cudaSetDevice(device), "device");
-    wait(from.splats->used, "snapshot");
-    return some_of(*from.splats, objects);
-}
-
 void GpuSolver::restore(const Snapshot& snapshot)
 {
     check_idle();
@@ -271,28 +226,62 @@ void GpuSolver::restore(const Snapshot& snapshot)
     store.put_back(state, side, main);
     const GaussianView before = splats.view();
     splats.put_back(*from->splats, main);
-    const GaussianView now = splats.view();
-    if (now.rows != before.rows || now.room != before.room || (now.count > 0) != (before.count > 0))
-        stale = true;
+    if (!same_view(splats.view(), before)) stale = true;
     was_covered = from->was_covered, posed = false;
     set_clock(from->peak, from->drift);
     show();
     ++changes;
 }
 
-SavedState GpuSolver::save() const
+// `put` writes the particles to side 0 after all earlier work on the stream. If memory ends, the
+// state is restored from a copy on the device.
+template <class R>
+void GpuSolver::replace_by(SceneState&& next, const std::vector<Gaussian<R>>& gaussians,
+                           const std::function<void()>& put)
+{
+    const std::shared_ptr<const Snapshot> before = snapshot();
+    try {
+        const bool same_rules = book->same_rules(next);
+        if (next.count() != store.count()) store.resize(int(next.count())), stale = true;
+        side = 0;
+        book = std::make_shared<const SceneState>(std::move(next));  // see restore()
+        if (!same_rules) store.set_rules(*book), stale = true;
+        put();
+        const Extent all = store.extent(every_object, at_rest, side, main);
+        const Lattice<float> box = store.views().lattice;
+        if (!all.empty()) store.enclose({all.lowest(), all.highest()});
+        if (!same_box(box, store.views().lattice)) stale = true;
+        const GaussianView earlier = splats.view();
+        splats.set(gaussians, store.views().lattice);
+        if (!same_view(splats.view(), earlier)) stale = true;
+        store.forget_quiet(main), store.forget_sliding(main);
+        was_covered = posed = false;
+        set_clock(all.peak, unsorted);
+        show();
+        ++changes;
+    } catch (...) {
+        cudaGetLastError();  // or the next launch would report it
+        restore(*before);
+        throw;
+    }
+}
+
+// Keeps the graphs where neither the scene nor the size of anything has changed.
+void GpuSolver::replace(const SimulationConfig& config, const ClayRows& clay)
 {
     check_idle();
-    const Lattice<float> box = store.views().lattice;
-    SavedState to;
-    to.config = config();
-    to.contents = {particles(), splats.all()};
-    to.order = store.order(side);
-    to.speed_squared = std::bit_cast<float>(peak.fastest), to.drift = drift;
-    to.stiffness = std::bit_cast<float>(peak.stiffest);
-    to.quiet_low = box.low, to.quiet_stored = box.stored, to.quiet = store.quiet();
-    to.covered = was_covered, to.sliding = store.sliding_now(store.clock().done);
-    return to;
+    replace_by(book->replaced(config, clay), clay.gaussians, [&] { store.put(clay, main); });
+}
+
+void GpuSolver::replace(const SimulationConfig& config, const InitialState& contents)
+{
+    check_idle();
+    std::vector<int> order(contents.particles.size());
+    std::iota(order.begin(), order.end(), 0);
+    replace_by(book->replaced(config, contents), contents.gaussians, [&] {
+        wait(main, "replace");  // the copy of the state
+        store.upload(contents.particles, order);
+    });
 }
 
 void GpuSolver::load(const SavedState& from)

@@ -3,16 +3,46 @@
 #include <numeric>
 
 #include "cuda/mpm/stencil.h"
+#include "host/base/parallel.h"
 #include "host/solver/gpu/splats.cuh"
 
 namespace knead::gpu {
 namespace {
 
-Gaussian<double> in_double(const GaussianView& host, int i)
+template <class R>
+Gaussian<R> loaded(const GaussianView& host, int i)
 {
-    Gaussian<double> g = cast<double>(host.load(i));
+    Gaussian<float> g = host.load(i);
     g.object = host.objects[i], g.sides = host.sides[i];
-    return g;
+    return cast<R>(g);
+}
+
+void download(std::vector<unsigned char>& to, const void* from, cudaStream_t stream)
+{
+    check(cudaMemcpyAsync(to.data(), from, to.size(), cudaMemcpyDefault, stream), "Gaussians");
+    check(cudaStreamSynchronize(stream), "Gaussians");
+}
+
+// Indices in ascending order of their keys, equal ones in their own order: a radix sort.
+std::vector<int> order_by(const std::vector<int>& keys)
+{
+    constexpr unsigned digit_bits = 11, digits = 1u << digit_bits;
+    std::vector<int> order(keys.size()), next(keys.size());
+    std::iota(order.begin(), order.end(), 0);
+    if (keys.empty()) return order;
+    const auto [low, high] = std::minmax_element(keys.begin(), keys.end());
+    const unsigned first = unsigned(*low), range = unsigned(*high) - first;
+    for (unsigned shift = 0; shift < 32 && range >> shift; shift += digit_bits) {
+        const auto digit = [&](int i) {
+            return (unsigned(keys[std::size_t(i)]) - first) >> shift & (digits - 1);
+        };
+        std::vector<std::size_t> at(digits + 1, 0);
+        for (const int i : order) ++at[digit(i) + 1];
+        std::partial_sum(at.begin(), at.end(), at.begin());
+        for (const int i : order) next[at[digit(i)]++] = i;
+        std::swap(order, next);
+    }
+    return order;
 }
 
 // Grows an array with a quarter of spare capacity. Contents are lost.
@@ -117,41 +147,44 @@ bool Splats::edit(const GaussianEdits& edits, const ParticleView& particles,
     return view_.rows != before.rows || view_.room != before.room;
 }
 
-void Splats::set(const std::vector<Gaussian<double>>& all, const Lattice<float>& lattice)
+template <class R>
+void Splats::set(const std::vector<Gaussian<R>>& all, const Lattice<float>& lattice)
 {
-    std::vector<std::pair<int, int>> order;  // index of the base node, place
-    for (std::size_t i = 0; i < all.size(); ++i)
-        order.emplace_back(lattice.index(base_node(cast<float>(all[i].x), lattice.spacing)),
-                           int(i));
-    std::sort(order.begin(), order.end());
+    std::vector<int> nodes(all.size());  // base nodes
+    parallel_for(all.size(), [&](std::size_t i) {
+        nodes[i] = lattice.index(base_node(cast<float>(all[i].x), lattice.spacing));
+    });
+    const std::vector<int> order = order_by(nodes);
     const int room = std::max(int(all.size()), view_.room);  // keep the capacity: a graph may have
                                                              // captured it
     std::vector<unsigned char> host(std::size_t(room) * GaussianView::bytes_each);
     const GaussianView to = gaussians_in(host.data(), int(all.size()), room);
-    for (int i = 0; i < to.count; ++i) {
-        to.ids[i] = order[std::size_t(i)].second;
-        const Gaussian<double>& g = all[std::size_t(to.ids[i])];
+    parallel_for(to.count, [&](int i) {
+        to.ids[i] = order[std::size_t(i)];
+        const Gaussian<R>& g = all[std::size_t(to.ids[i])];
         to.store(i, cast<float>(g));
         to.sides[i] = g.label(), to.objects[i] = g.object;
-    }
+    });
     reserve(to.count, room);
     upload(memory.data(), host.data(), host.size());
     upload(live.data(), &to.count, 1);
 }
+template void Splats::set(const std::vector<Gaussian<float>>&, const Lattice<float>&);
+template void Splats::set(const std::vector<Gaussian<double>>&, const Lattice<float>&);
 
 std::vector<Gaussian<double>> Splats::all() const
 {
-    return downloaded(memory.data(), count(), view_.room);
+    return downloaded<double>(memory.data(), count(), view_.room, nullptr);
 }
 
-SomeGaussians some_of(const GaussianState& state, std::span<const int> objects)
+SomeGaussians some_of(const GaussianState& state, std::span<const int> objects, cudaStream_t stream)
 {
     SomeGaussians some;
     if (state.count == 0 || objects.empty()) return some;
     std::vector<char> wanted(std::size_t(*std::max_element(objects.begin(), objects.end())) + 1, 0);
     for (const int object : objects) wanted[std::size_t(object)] = 1;
     std::vector<unsigned char> host(state.bytes);
-    check(cudaMemcpy(host.data(), state.memory, host.size(), cudaMemcpyDefault), "Gaussians");
+    download(host, state.memory, stream);
     const GaussianView there = gaussians_in(host.data(), state.count, state.room);
     const auto chosen = [&](int place) {
         const auto object = std::size_t(there.objects[place]);
@@ -167,21 +200,24 @@ SomeGaussians some_of(const GaussianState& state, std::span<const int> objects)
     const int count = int(some.indices.size());
     for (int k = 0; k < count; ++k) {
         const auto id = std::size_t(some.indices[std::size_t(k)]);
-        some.gaussians[std::size_t(k)] = in_double(there, place_of[id]);
+        some.gaussians[std::size_t(k)] = loaded<double>(there, place_of[id]);
     }
     return some;
 }
 
-std::vector<Gaussian<double>> Splats::downloaded(const unsigned char* from, int count, int room)
+template <class R>
+std::vector<Gaussian<R>> downloaded(const void* memory, int count, int room, cudaStream_t stream)
 {
-    std::vector<unsigned char> host(std::size_t(room) * GaussianView::bytes_each);
-    std::vector<Gaussian<double>> to(static_cast<std::size_t>(count));
+    std::vector<Gaussian<R>> to(static_cast<std::size_t>(count));
     if (count == 0) return to;
-    check(cudaMemcpy(host.data(), from, host.size(), cudaMemcpyDefault), "Gaussians");
+    std::vector<unsigned char> host(std::size_t(room) * GaussianView::bytes_each);
+    download(host, memory, stream);
     const GaussianView there = gaussians_in(host.data(), count, room);
-    for (int i = 0; i < count; ++i) to[std::size_t(there.ids[i])] = in_double(there, i);
+    for (int i = 0; i < count; ++i) to[std::size_t(there.ids[i])] = loaded<R>(there, i);
     return to;
 }
+template std::vector<Gaussian<float>> downloaded(const void*, int, int, cudaStream_t);
+template std::vector<Gaussian<double>> downloaded(const void*, int, int, cudaStream_t);
 
 void Splats::show(cudaStream_t stream)
 {

@@ -19,7 +19,9 @@ class Splats {
     const MovedGaussians& moved() const { return moved_; }
 
     // All Gaussians in the order of attachment; stored on the device by base node.
-    void set(const std::vector<Gaussian<double>>& all, const Lattice<float>& lattice);
+    // Waits for the copy; work on streams that uses the old ones must have ended.
+    template <class R>
+    void set(const std::vector<Gaussian<R>>& all, const Lattice<float>& lattice);
     std::vector<Gaussian<double>> all() const;
     // `particles`: those that GaussianEdits::added refers to. Returns true if the view captured by
     // graphs is invalid.
@@ -37,8 +39,6 @@ class Splats {
     void put_back(const GaussianState& state, cudaStream_t stream);
     // Precondition: the same count.
     void copy_back(const GaussianState& state, cudaStream_t stream) const;
-    // Host copy. Precondition: the memory is written.
-    static std::vector<Gaussian<double>> downloaded(const unsigned char* from, int count, int room);
 
   private:
     void reserve(int count, int room);
@@ -58,7 +58,19 @@ class Splats {
     std::shared_ptr<GaussianState> none = std::make_shared<GaussianState>();
 };
 
-// The Gaussians of these objects. Precondition: the state is written.
-SomeGaussians some_of(const GaussianState& state, std::span<const int> objects);
+// Host copy in the order of attachment, of memory laid out for `room` Gaussians. Precondition: the
+// memory is written. Waits for the copy on the stream.
+template <class R>
+std::vector<Gaussian<R>> downloaded(const void* memory, int count, int room, cudaStream_t stream);
+
+// Whether kernels captured with one view may run with the other.
+inline bool same_view(const GaussianView& a, const GaussianView& b)
+{
+    return a.rows == b.rows && a.room == b.room && (a.count > 0) == (b.count > 0);
+}
+
+// The Gaussians of these objects; likewise.
+SomeGaussians some_of(const GaussianState& state, std::span<const int> objects,
+                      cudaStream_t stream);
 
 }  // namespace knead::gpu

@@ -68,7 +68,7 @@ GpuStages::GpuStages(const Setup& setup, const Motion& motion, double dt)
     check(cudaGetDevice(&device), "device");
     check(cudaDeviceGetAttribute(&state->processors, cudaDevAttrMultiProcessorCount, device),
           "device");
-    state->store.write_input(state->setup, motion, dt, 0);
+    state->store.write_input(state->setup, motion, dt, 0, 0);
     state->store.send_input(0, nullptr);
     begin(state->store.views(), nullptr);
     if (state->features.tools) {

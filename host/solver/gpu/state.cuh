@@ -4,6 +4,9 @@
 
 #include "cuda/device/graph.cuh"
 #include "cuda/mpm/lattice.h"
+#include "cuda/mpm/particles.cuh"
+#include "cuda/mpm/sliding.h"
+#include "cuda/splats/deform.cuh"
 #include "host/solver/edits.h"
 
 namespace knead::gpu {
@@ -17,8 +20,36 @@ struct Pool {
     ~Pool() { cudaMemPoolDestroy(pool); }
 };
 
-// Rows and ids of particles, frames at rest of blocks, sliding along walls, and the number of
-// completed substeps. Freed in stream order, after the last copy from it.
+// Memory of a pool for work on one stream.
+class PoolMemory {
+  public:
+    PoolMemory(const std::shared_ptr<Pool>& pool, std::size_t bytes, cudaStream_t stream);
+    PoolMemory(const PoolMemory&) = delete;
+    ~PoolMemory()
+    {
+        if (first) cudaFreeAsync(first, stream);
+    }
+    void* data() const { return first; }
+
+  private:
+    std::shared_ptr<Pool> pool;
+    cudaStream_t stream;
+    void* first = nullptr;
+};
+
+// A state in device memory: rows and ids of particles, frames at rest of blocks, sliding along
+// walls, and the number of completed substeps.
+struct StateView {
+    Lattice<float> lattice;
+    ConstParticleView particles;
+    const int* quiet;
+    std::size_t quiet_count;  // 0 without sleep
+    const Sliding<float>* sliding;
+    std::size_t sliding_count;
+    const int* done;
+};
+
+// A copy of one. Freed in stream order, after the last copy from it.
 struct DeviceState {
     Lattice<float> lattice;
     int count = 0;
@@ -36,6 +67,17 @@ struct DeviceState {
         return row_bytes + id_bytes + quiet_bytes + sliding_bytes + sizeof(int);
     }
     unsigned char* rows() const { return memory; }
+    StateView view() const
+    {
+        return {
+            lattice,
+            {reinterpret_cast<const float4*>(rows()), reinterpret_cast<const int*>(ids()), count},
+            reinterpret_cast<const int*>(quiet()),
+            quiet_bytes / sizeof(int),
+            reinterpret_cast<const Sliding<float>*>(sliding()),
+            sliding_bytes / sizeof(Sliding<float>),
+            done()};
+    }
     unsigned char* sliding() const { return memory + row_bytes; }
     unsigned char* ids() const { return sliding() + sliding_bytes; }
     unsigned char* quiet() const { return ids() + id_bytes; }
@@ -55,6 +97,7 @@ struct GaussianState {
                   cudaStream_t stream);
     GaussianState(const GaussianState&) = delete;
     ~GaussianState();
+    GaussianView view() const { return gaussians_in(memory, count, room); }
 };
 
 inline bool same_box(const Lattice<float>& a, const Lattice<float>& b)

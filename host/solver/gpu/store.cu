@@ -107,10 +107,10 @@ Store::Store(const Setup& setup, RegionPadding given, int device)
 }
 
 bool Store::write_input(const SimulationConfig& config, const Motion& motion, double duration,
-                        int slot)
+                        int bound, int slot)
 {
     FrameInput& to = *next_input[slot].data();
-    to.duration = duration, to.tool_step = 1e30;
+    to.duration = duration, to.tool_step = 1e30, to.most_substeps = bound;
     if (!used.tools) return false;
     to.tool_step = tool_step(config, motion, duration);
     const int joints = all.tools.joints;

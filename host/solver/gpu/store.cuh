@@ -56,10 +56,10 @@ class Store {
     std::size_t bytes() const;
 
     // write_input() writes a frame's input to one of two pinned slots and returns whether a tool is
-    // active. send_input() copies a slot to the device in stream order; do not reuse the slot
-    // before that copy is complete.
+    // active; `bound`: FrameInput::most_substeps. send_input() copies a slot to the device in
+    // stream order; do not reuse the slot before that copy is complete.
     bool write_input(const SimulationConfig& config, const Motion& motion, double duration,
-                     int slot);
+                     int bound, int slot);
     void send_input(int slot, cudaStream_t stream) const;
 
     std::vector<Particle<double>> particles() const;
@@ -71,9 +71,8 @@ class Store {
     // store with the same box of nodes and room for the particles, which it writes to `side`.
     std::shared_ptr<DeviceState> state(int side, cudaStream_t stream) const;
     void put_back(const DeviceState& state, int side, cudaStream_t stream) const;
-    // Host copies: ids in particle order; frames at rest per block.
-    std::vector<int> order(int side) const;
-    std::vector<int> quiet() const { return box.quiet.downloaded(); }
+    StateView state_view(int side) const;
+    std::vector<int> order(int side) const;  // ids in particle order
     // Clears both grids.
     void clear_grids() const;
     void set_clock(const Clock& clock) const;
@@ -90,6 +89,9 @@ class Store {
     void set_category(int object, int category);
     // Enlarges the stored box to the stencils of particles in `clay`.
     void hold(const Box3<float>& clay);
+    // Stores the box of a new store with its particles in `clay`: in fixed point, because the
+    // partial sums of warps depend on it; else only if the present one does not hold them.
+    void enclose(const Box3<float>& clay);
     void set_box(const Lattice<float>& box);
     // Appends to the particles on `side`; all are on side 0 afterwards. Enlarges the stored box as
     // needed.
@@ -97,13 +99,15 @@ class Store {
     // Removes the particles of marked objects; `left` is the number that remains.
     void erase(const std::vector<char>& objects, long left, int side, cudaStream_t stream);
     void arrange_as_new(const Extent& around, int side, cudaStream_t stream);
-    // Allocates for `count` particles; discards the current ones.
+    // Allocates for `count` particles; discards the current ones. Strong guarantee.
     void resize(int count);
+    // All particles, at rest, to side 0. Precondition: resized to their number.
+    void put(const ClayRows& clay, cudaStream_t stream) const;
     void upload(const std::vector<Particle<double>>& particles, const std::vector<int>& order);
     void set_quiet(const std::vector<int>& quiet) const;
-    // Nodes whose clay slid along walls in the last substep; slide_on() restores them,
-    // forget_sliding() resets all.
-    std::vector<SlidingNode> sliding_now(int done) const;
+    void forget_quiet(cudaStream_t stream) const;  // all 0: no block has been at rest
+    // Restores the nodes whose clay slid along walls in the last substep; forget_sliding() resets
+    // all.
     void slide_on(const std::vector<SlidingNode>& nodes, int done) const;
     void forget_sliding(cudaStream_t stream) const;
     // Bounding box of an object (or of all) after a motion.
@@ -124,6 +128,7 @@ class Store {
     void reserve_runs();
     void reserve_scratch(int count);
     void reserve_others(std::size_t count);
+    bool holds(const Box3<float>& clay) const;
     void swap_in(int count);
     std::vector<float4> rows_on(int side) const;
 
