@@ -34,4 +34,5 @@ configure_package_config_file(cmake/KneadConfig.cmake.in
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/KneadConfigVersion.cmake
     COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/KneadConfig.cmake
-    ${CMAKE_CURRENT_BINARY_DIR}/KneadConfigVersion.cmake DESTINATION ${package})
+    ${CMAKE_CURRENT_BINARY_DIR}/KneadConfigVersion.cmake cmake/FindZstd.cmake
+    DESTINATION ${package})

@@ -133,6 +133,16 @@ FolderLock::~FolderLock()
     ::close(file);
 }
 
+bool lock_open_file(int file)
+{
+    for (int tries = 10;; --tries) {  // is_held() in another process may hold the lock briefly
+        const int reason = try_lock(file);
+        if (reason != EWOULDBLOCK) return true;
+        if (tries == 1) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+}
+
 bool FolderLock::is_held(const std::string& path)
 {
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);

@@ -28,4 +28,8 @@ class FolderLock {
     int file = -1;  // descriptor
 };
 
+// Locks an open file by flock(2) until its descriptor is closed. Returns false if another open file
+// description holds the lock, true also on file systems without locks.
+[[nodiscard]] bool lock_open_file(int file);
+
 }  // namespace knead

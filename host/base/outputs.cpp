@@ -173,6 +173,32 @@ void PartialFile::write(const std::string& bytes)
     if (const int reason = write_all(made, bytes)) refuse(file, reason);
 }
 
+void PartialFile::append(int from, const std::string& source, std::uint64_t at, std::uint64_t count)
+{
+    constexpr std::uint64_t piece = std::uint64_t(16) << 20;
+    auto place_in_source = off64_t(at);
+    while (count > 0) {
+        const ssize_t copied = ::copy_file_range(from, &place_in_source, made, nullptr,
+                                                 std::size_t(std::min(count, piece)), 0);
+        if (copied < 0 && errno == EINTR) continue;
+        if (copied <= 0) break;  // not supported between these files, or an error, found below
+        count -= std::uint64_t(copied);
+    }
+    std::string bytes(std::size_t(std::min(count, piece / 16)), '\0');
+    while (count > 0) {
+        const ssize_t got =
+            ::pread(from, bytes.data(), std::size_t(std::min<std::uint64_t>(count, bytes.size())),
+                    place_in_source);
+        if (got < 0 && errno == EINTR) continue;
+        if (got <= 0)
+            throw InputError(source + ": cannot be read: " +
+                             (got < 0 ? std::strerror(errno) : "the file ends before"));
+        if (const int reason = write_all(made, std::string_view(bytes).substr(0, std::size_t(got))))
+            refuse(file, reason);
+        place_in_source += got, count -= std::uint64_t(got);
+    }
+}
+
 bool PartialFile::write_unless(const std::function<bool()>& stop, const std::string& bytes)
 {
     constexpr std::size_t piece = std::size_t(4) << 20;

@@ -1,5 +1,6 @@
 // Output files: the folder is checked before the work starts, and files are written atomically.
 #pragma once
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -45,8 +46,11 @@ class PartialFile {
 
     const std::string& path() const { return partial; }
     void write(const std::string& bytes);  // appends
-    // The same, but calls `stop` every few MiB and flushes each part to disk. Returns false if
-    // stopped; the file is then incomplete.
+    // Appends bytes [at, at + count) of an open file; shares its blocks where the file system can.
+    // `source`: its path. Throws InputError if it cannot be read or ends before.
+    void append(int from, const std::string& source, std::uint64_t at, std::uint64_t count);
+    // The same as write(), but calls `stop` every few MiB and flushes each part to disk. Returns
+    // false if stopped; the file is then incomplete.
     bool write_unless(const std::function<bool()>& stop, const std::string& bytes);
     // Flushes to disk and renames atomically: readers see the old file or the new one. Call once.
     void put_in_place();

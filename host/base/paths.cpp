@@ -41,7 +41,9 @@ std::string file_or_shipped(const std::string& name)
     if (name.empty() || path.is_absolute() || *path.begin() == ".." || fs::exists(name, problem))
         return name;
     const std::string form = ending(name);
-    if (!form.empty() && form != ".json" && form != ".hands" && form != ".jsonl") return name;
+    if (!form.empty() && form != ".json" && form != ".hands" && form != ".jsonl" &&
+        form != ".knead")
+        return name;
     const std::string file = path.string() + (form.empty() ? ".json" : "");
     const std::string found = shipped(file.starts_with("scenes/") ? file : "scenes/" + file);
     return found.empty() ? name : found;

@@ -4,6 +4,7 @@
 
 #include "host/base/json_reader.h"
 #include "host/base/paths.h"
+#include "host/files/chunk_file.h"
 #include "host/files/particle_file.h"
 #include "host/files/splat_file.h"
 
@@ -53,6 +54,7 @@ FileKind file_kind(const std::string& path)
     const std::string form = path == "-" ? form_of(start) : ending(path);
     if (form == ".ply" || start.starts_with("ply\n") || start.starts_with("ply\r"))
         return ply_kind(parse_ply_header(start, path));
+    if (begins_session(start) || form == ".knead") return FileKind::session;
     if (begins_spz(start) || form == ".splat" || form == ".spz") return FileKind::splats;
     if (form == ".hands" || form == ".jsonl") return FileKind::recording;
     if (form == ".obj" || form == ".glb" || form == ".stl") return FileKind::mesh;
@@ -68,7 +70,7 @@ FileKind file_kind(const std::string& path)
     }
     throw InputError(path +
                      ": expected a file ending in .json, .hands, .jsonl, .ply, .obj, .glb, "
-                     ".stl, .csv, .splat or .spz");
+                     ".stl, .csv, .splat, .spz or .knead");
 }
 
 }  // namespace knead

@@ -5,7 +5,7 @@
 
 namespace knead {
 
-enum class FileKind { scene, report, recording, mesh, particles, splats };
+enum class FileKind { scene, report, recording, mesh, particles, splats, session };
 // Replaces "-", standard input, by a name with the format: "-.glb", from `format` (".glb" or "glb")
 // or the first bytes. Returns any other path unchanged. Throws InputError if neither gives the
 // format.

@@ -4,6 +4,7 @@
 #include <csetjmp>
 #include <cstdio>
 #include <new>
+#include <utility>
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
@@ -109,12 +110,25 @@ bool write_png(const std::string& path, const Image& image, const std::function<
     return write_whole_unless([&] { return stop && stop(); }, path, encoder.bytes);
 }
 
+std::string png_bytes(const Image& image)
+{
+    const std::string name = "picture";
+    check(name, image);
+    Encoder encoder;
+    if (encoder.encode(image, {}) != Encoder::End::whole) refuse_png(name, encoder.reason);
+    return std::move(encoder.bytes);
+}
+
 Image read_png(const std::string& path)
+{
+    return decoded_png(read_text(path, std::size_t(1) << 30), path);
+}
+
+Image decoded_png(const std::string& bytes, const std::string& path)
 {
     const auto refuse = [&](const std::string& why) {
         throw InputError(path + ": no picture that can be read: " + why);
     };
-    const std::string bytes = read_text(path, std::size_t(1) << 30);
     png_image head{};
     head.version = PNG_IMAGE_VERSION;
     if (!png_image_begin_read_from_memory(&head, bytes.data(), bytes.size())) refuse(head.message);
