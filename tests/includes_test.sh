@@ -14,8 +14,9 @@ declare -A may=(
     [cuda/mpm]="cuda/contact cuda/math cuda/device"
     [cuda/surface]="cuda/mpm cuda/contact cuda/math cuda/device"
     [cuda/splats]="cuda/mpm cuda/contact cuda/math cuda/device"
+    [cuda/history]="cuda/math"
 )
-stages="cuda/math cuda/device cuda/contact cuda/mpm cuda/surface cuda/splats"
+stages="cuda/math cuda/device cuda/contact cuda/mpm cuda/surface cuda/splats cuda/history"
 may[host/base]="cuda/math"
 may[host/solver]="host/base $stages"
 may[host/splats]="host/solver ${may[host/solver]}"

@@ -219,6 +219,7 @@ void surface_suite(Bench&);
 void localized_suite(Bench&);
 void deterministic_suite(Bench&);
 void splats_suite(Bench&);
+void undo_suite(Bench&);
 void targets_suite(Bench&);
 void run_peers(Bench&);
 void run_peers(Bench&, const PeerOptions& options);
@@ -234,6 +235,9 @@ std::string draw(const Bench& bench, const std::string& json);
 
 int bench_verb(const BenchOptions& options);
 
+// The squeeze's scene on another lattice, with walls 3 nodes inside it: the ball still rests on the
+// floor.
+std::vector<std::string> squeeze_on(int cells);
 // Settings that put a scene's walls 3 nodes inside a cubic lattice over `edge` [m].
 std::vector<std::string> walls_on_cells(double edge, int cells);
 

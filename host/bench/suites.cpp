@@ -23,13 +23,9 @@ std::vector<std::string> walls_on_cells(double edge, int cells)
             fmt::format("walls.max=[{0},{0},{0}]", high)};
 }
 
-namespace {
-
 constexpr double diameter = 0.5;  // of the scene's ball [m], in a box of 1 m
-constexpr double per_cell = 8;
 
-// The scene on another lattice, with walls 3 nodes inside it: the ball still rests on the floor.
-std::vector<std::string> on_cells(int cells)
+std::vector<std::string> squeeze_on(int cells)
 {
     const double y = 3.0 / cells + diameter / 2;
     std::vector<std::string> s = walls_on_cells(1, cells);
@@ -38,6 +34,10 @@ std::vector<std::string> on_cells(int cells)
     s.push_back(fmt::format("hands.at=[0.5,{:.9g},0.5]", y));
     return s;
 }
+
+namespace {
+
+constexpr double per_cell = 8;
 
 double particles_on(int cells)
 {
@@ -61,7 +61,7 @@ BenchRow named(BenchRow row, const char* suite, double at)
 
 std::vector<std::string> paper_settings(int cells, int substeps, int each)
 {
-    std::vector<std::string> s = on_cells(cells);
+    std::vector<std::string> s = squeeze_on(cells);
     s.push_back("clock=paper");
     s.push_back(fmt::format("paper.substeps={}", substeps));
     s.push_back(fmt::format("objects.0.per_cell={}", each));
@@ -81,7 +81,7 @@ void paper_case(Bench& bench, const char* suite, double at, int cells, int subst
 // Stages of the surface on the state after a few frames of the squeeze.
 void surface_case(Bench& bench, int cells, int nodes)
 {
-    std::vector<std::string> settings = on_cells(cells);
+    std::vector<std::string> settings = squeeze_on(cells);
     settings.push_back(fmt::format("surface.nodes={}", nodes));
     const Scene scene = bench.scene(settings);
     const HandSource hands(hands_of(scene), scene.hands);
@@ -170,7 +170,7 @@ const BenchRow& Bench::squeeze(int cells)
     Drive how = usual(*this, cells <= 64 ? 0 : cells <= 128 ? 40 : 8);
     how.stages = true;
     if (cells > 128) how.repeats = 1;
-    return measured(fmt::format("squeeze: {}^3 nodes", cells), scene(on_cells(cells)), how);
+    return measured(fmt::format("squeeze: {}^3 nodes", cells), scene(squeeze_on(cells)), how);
 }
 
 void stages_suite(Bench& bench)
@@ -208,7 +208,7 @@ void scale_suite(Bench& bench)
         Drive how = usual(bench, count < 2e6 ? 30 : 5);
         if (count > 2e6) how.repeats = 1;
         const BenchRow& row = bench.measured(fmt::format("scale: {}^3 nodes", cells),
-                                             bench.scene(on_cells(cells)), how);
+                                             bench.scene(squeeze_on(cells)), how);
         bench.add(named(row, "scale", double(row.particles)));
         if (row.particles > 50000) device_bytes = 1.1 * double(row.bytes) / double(row.particles);
     }
@@ -255,7 +255,7 @@ void localized_suite(Bench& bench)
 // Ten runs of the same frames must be bitwise identical; cost against the default mode.
 void deterministic_suite(Bench& bench)
 {
-    Scene scene = bench.scene(on_cells(64));
+    Scene scene = bench.scene(squeeze_on(64));
     Drive how = usual(bench, bench.options.quick ? 2 : 10);
     how.repeats = 1, how.limit = 1e9;
     const BenchRow usual_row = bench.measured("deterministic: not asked for", scene, how);
@@ -281,8 +281,9 @@ const std::vector<std::pair<std::string, Suite>>& suites()
     static const std::vector<std::pair<std::string, Suite>> all{
         {"stages", stages_suite},   {"localized", localized_suite},
         {"surface", surface_suite}, {"deterministic", deterministic_suite},
-        {"splats", splats_suite},   {"targets", targets_suite},
-        {"paper", paper_suite},     {"scale", scale_suite}};
+        {"splats", splats_suite},   {"undo", undo_suite},
+        {"targets", targets_suite}, {"paper", paper_suite},
+        {"scale", scale_suite}};
     return all;
 }
 

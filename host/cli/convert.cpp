@@ -1,4 +1,5 @@
-// knead convert: meshes, recordings, particles and splats from one format to another.
+// knead convert: meshes, recordings, particles and splats from one format to another; hands and
+// clay of sessions.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -15,6 +16,8 @@
 #include "host/files/splat_file.h"
 #include "host/hands/recording.h"
 #include "host/scene/scene.h"
+#include "host/session/session_file.h"
+#include "host/surface/mesh.h"
 
 namespace knead {
 namespace {
@@ -52,6 +55,30 @@ void convert_splats(const ConvertOptions& o)
         say("harmonics above degree 0 are left out: .splat has no room for them");
 }
 
+// Hands, or the clay at the end, in the frame of the scene's file.
+void convert_session(const ConvertOptions& o)
+{
+    check_ending(o.out, {".hands", ".jsonl", ".glb", ".obj", ".ply", ".stl", ".csv"}, "a session");
+    const SessionFile file(o.in);
+    const std::string form = ending(o.out);
+    if (form == ".hands" || form == ".jsonl") {
+        const Recording recording = file.recording();
+        prepare_file(o.out, o.overwrite);
+        return write_recording(o.out, recording);
+    }
+    const Scene scene = parse_scene(file.scene().text, file.scene().path, file.scene().settings);
+    SessionFile::Clay clay = file.clay();
+    if (form == ".csv" || form == ".ply") {
+        for (Particle<double>& q : clay.particles) q.x = q.x + scene.origin;
+        prepare_file(o.out, o.overwrite);
+        return write_particles(o.out, clay.particles);
+    }
+    std::vector<Mesh> meshes = surface(clay.particles, clay.materials, scene.surface);
+    move_by(meshes, scene.origin);
+    prepare_file(o.out, o.overwrite);
+    write_mesh(o.out, meshes);
+}
+
 }  // namespace
 
 int convert_verb(const ConvertOptions& given)
@@ -78,10 +105,12 @@ int convert_verb(const ConvertOptions& given)
         const std::vector<Particle<double>> particles = read_particles(o.in);
         prepare_file(o.out, o.overwrite);
         write_particles(o.out, particles);
+    } else if (kind == FileKind::session) {
+        convert_session(o);
     } else if (kind == FileKind::splats) {
         convert_splats(o);
     } else {
-        throw InputError(o.in + ": expected a mesh, a recording, particles or splats");
+        throw InputError(o.in + ": expected a mesh, a recording, particles, splats or a session");
     }
     if (!o.quiet && !is_standard(o.out)) print(o.out + "\n");
     return exit_ok;

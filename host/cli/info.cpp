@@ -1,4 +1,5 @@
-// knead info: contents of a scene, recording, mesh, report, particle or splat file.
+// knead info: contents of a scene, recording, mesh, report, particle, splat or session file, or of
+// a checkpoint.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,6 +21,7 @@
 #include "host/hands/filter.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
+#include "host/run/checkpoint.h"
 #include "host/run/estimate.h"
 #include "host/run/report.h"
 #include "host/run/run.h"
@@ -28,6 +30,7 @@
 #include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
 #include "host/scene/soften.h"
+#include "host/session/session_file.h"
 
 namespace knead {
 namespace {
@@ -132,6 +135,61 @@ Json particle_facts(const std::string& path)
             {"low_m", triple(box.low)}, {"high_m", triple(box.high)}, {"fastest_m_per_s", fastest}};
 }
 
+Json checkpoint_facts(const std::string& path)
+{
+    const Checkpoint c = read_checkpoint(path);
+    Json all = {{"kind", "checkpoint"},
+                {"scene", c.command.value("scene", "")},
+                {"settings", c.command.value("settings", Json::array())},
+                {"device", c.command.value("device", "")},
+                {"frames", c.record.rows.size()},
+                {"frames_wanted", c.record.frames_wanted},
+                {"simulated_s", c.record.rows.back().simulated},
+                {"wall_s", c.record.wall},
+                {"particles", c.stored.state.contents.particles.size()},
+                {"splats", c.stored.splats.count()}};
+    if (c.meta.session.empty()) return all;  // of an older version
+    all["session"] = c.meta.session, all["program"] = c.meta.program, all["begun"] = c.meta.begun;
+    all["simulator"] = c.meta.device, all["deterministic"] = c.meta.deterministic;
+    return all;
+}
+
+Json session_facts(const std::string& path)
+{
+    if (is_checkpoint(path)) return checkpoint_facts(path);
+    const SessionFile file(path);
+    Json objects = Json::array();
+    History past(std::size_t(1) << 40);
+    file.read_history(past, file.current());
+    Json steps = Json::array();
+    for (const StepInfo& step : past.list())
+        steps.push_back({{"step", step.id},
+                         {"after", step.parent},
+                         {"label", step.label},
+                         {"current", step.current}});
+    if (past.count() > 0)
+        for (const auto& o : past.current().document->objects)
+            objects.push_back({{"id", o->id.value}, {"name", o->name}});
+    Json all = {{"kind", "session"},
+                {"session", file.meta().session},
+                {"program", file.meta().program},
+                {"begun", file.meta().begun},
+                {"device", file.meta().device},
+                {"deterministic", file.meta().deterministic},
+                {"real_time", !file.meta().stepped},
+                {"scene", file.scene().path},
+                {"settings", file.scene().settings},
+                {"frames", file.frames()},
+                {"hand_frames", file.hands().size()},
+                {"states", file.states().size()},
+                {"bytes", file.chunks().end()},
+                {"objects", objects},
+                {"steps", steps}};
+    if (!file.read_only().empty()) all["read_only"] = file.read_only();
+    if (!file.chunks().broken_by().empty()) all["cut"] = file.chunks().broken_by();
+    return all;
+}
+
 Json percentiles(std::vector<float> values)
 {
     const auto at = [&](double share) {
@@ -206,6 +264,7 @@ int info_verb(const InfoOptions& given)
     if (kind == FileKind::mesh) facts = mesh_facts(o.file);
     if (kind == FileKind::particles) facts = particle_facts(o.file);
     if (kind == FileKind::splats) facts = splat_facts(o.file);
+    if (kind == FileKind::session) facts = session_facts(o.file);
     print(o.json ? facts.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"
                  : lines(facts, ""));
     return exit_ok;

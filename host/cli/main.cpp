@@ -124,6 +124,50 @@ void add_render(CLI::App& app, Verb& chosen)
     render->callback([&chosen] { chosen = [] { return render_verb(o); }; });
 }
 
+void add_replay(CLI::App& app, Verb& chosen)
+{
+    static ReplayVerbOptions o;
+    CLI::App* replay =
+        app.add_subcommand("replay", "Compute a session again: compare it, or export from it");
+    replay->add_option("FILE", o.file, "A session (.knead)")->required();
+    replay->add_flag("--check", o.check, "Compare with the session; exit code 1 if it differs");
+    replay->add_option("--to", o.to, "Number of the step to end with");
+    replay->add_option("--device", o.device, "auto: that of the session; cuda, cuda:N, cpu")
+        ->capture_default_str();
+    replay->add_option("--record", o.record, "File for the session's hands (.hands .jsonl)");
+    replay->add_option("--mesh", o.mesh, "File for the clay at the end (.glb .ply .obj .stl)");
+    replay->add_option("--particles", o.particles, "The same as particles (.ply .csv)");
+    replay->add_option("--threads", o.threads, "CPU threads; 0: all")->check(CLI::Range(0, 4096));
+    replay->add_flag("--json", o.json, "JSON on stdout");
+    replay->add_flag("--overwrite", o.overwrite, "Replace files that are there");
+    replay->add_flag("-q,--quiet", o.quiet, "No progress");
+    replay->callback([&chosen] {
+        o.file = file_or_shipped(o.file);
+        chosen = [] { return replay_verb(o); };
+    });
+}
+
+void add_session(CLI::App& app, Verb& chosen)
+{
+    static SessionVerbOptions o;
+    CLI::App* session = app.add_subcommand(
+        "session", "List sessions that can be recovered; check a session, or make it smaller");
+    session
+        ->add_option("ACTION", o.action,
+                     "list; verify FILE; compact FILE: without events, hands and older states")
+        ->required()
+        ->check(CLI::IsMember({"list", "verify", "compact"}));
+    session->add_option("FILE", o.file, "A session (.knead), or a working log (.log)");
+    session->add_option("--out", o.out, "With compact: the file to write instead of FILE");
+    session->add_flag("--json", o.json, "JSON on stdout");
+    session->add_flag("--overwrite", o.overwrite, "Replace a file that is there");
+    session->add_flag("-q,--quiet", o.quiet, "Say nothing");
+    session->callback([&chosen] {
+        if (o.action == "verify") o.file = file_or_shipped(o.file);
+        chosen = [] { return session_verb(o); };
+    });
+}
+
 void add_doctor(CLI::App& app, Verb& chosen)
 {
     static DoctorOptions o;
@@ -142,7 +186,8 @@ void add_bench(CLI::App& app, Verb& chosen)
         app.add_subcommand("bench", "Measure the speed of this machine on the squeeze");
     bench->add_option(
         "SUITE", o.suites,
-        "stages, paper, scale, surface, localized, deterministic, splats, targets; none: all");
+        "stages, paper, scale, surface, localized, deterministic, splats, undo, targets; none: "
+        "all");
     bench->add_option("--device", o.device, "auto, cuda, cuda:N or cpu")->capture_default_str();
     bench->add_option("--out", o.out,
                       "Folder for results; profiling/results/<device> if not given");
@@ -302,6 +347,8 @@ int program(int count, char** words)
     add_convert(app, chosen);
     add_render(app, chosen);
     add_view(app, chosen);
+    add_replay(app, chosen);
+    add_session(app, chosen);
     add_doctor(app, chosen);
     add_bench(app, chosen);
     add_verify(app, chosen);

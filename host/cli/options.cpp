@@ -9,6 +9,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/paths.h"
 #include "host/cli/verbs.h"
+#include "host/session/session_file.h"
 
 namespace knead {
 
@@ -45,6 +46,15 @@ void check_scene(const std::string& name)
     if (!near.empty())
         throw InputError(name + ": no such file, and no such scene; did you mean \"" + near +
                          "\"?");
+}
+
+std::string session_given(const std::string& scene, const std::vector<std::string>& settings,
+                          int cells)
+{
+    if (!is_session(scene)) return "";
+    if (settings.empty() && cells == 0) return scene;
+    throw UsageError(std::string(cells > 0 ? "--cells" : "--set") +
+                     ": a session goes on with its own settings");
 }
 
 namespace {
@@ -152,7 +162,8 @@ void add_vr(CLI::App& app, Verb& chosen)
 {
     static VrOptions o;
     CLI::App* vr = app.add_subcommand("vr", "Shape a scene's clay with your hands, in a headset");
-    vr->add_option("SCENE", o.scene, "Scene (.json)")->required();
+    vr->add_option("SCENE", o.scene, "Scene (.json), or a session (.knead) to go on with")
+        ->required();
     vr->add_option("--device", o.device, "auto, cuda, cuda:N or cpu")->capture_default_str();
     vr->add_option("--set", o.settings, "path.key=value, e.g. objects.0.material.young=2e6")
         ->take_all()
@@ -206,7 +217,8 @@ void add_view(CLI::App& app, Verb& chosen)
 {
     static ViewOptions o;
     CLI::App* view = app.add_subcommand("view", "Shape a scene's clay in a window");
-    view->add_option("SCENE", o.scene, "Scene (.json)")->required();
+    view->add_option("SCENE", o.scene, "Scene (.json), or a session (.knead) to go on with")
+        ->required();
     view->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
         ->capture_default_str();
     view->add_option("--set", o.settings, "path.key=value, for the scene")

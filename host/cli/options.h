@@ -2,6 +2,8 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <string>
+#include <vector>
 
 namespace knead {
 
@@ -14,6 +16,9 @@ CLI::Validator setting();
 // Throws InputError with a suggestion if the file does not exist and a bundled scene has a similar
 // name. Other errors are reported when the file is read.
 void check_scene(const std::string& name);
+// `scene` if it is a session, else "". Throws UsageError for settings of a session.
+std::string session_given(const std::string& scene, const std::vector<std::string>& settings,
+                          int cells);
 constexpr double longest_time = 1e9;  // [s]
 constexpr double most_memory = 1e9;   // [MiB]
 

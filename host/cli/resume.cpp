@@ -146,17 +146,18 @@ void load(EditableSimulator& solver, const Checkpoint& from, const Scene& scene,
                                          expected, what, found));
     };
     if (!splats.local())  // else the number of particles varies
-        check("particles", scene.setup.particles.size(), from.state.contents.particles.size());
+        check("particles", scene.setup.particles.size(),
+              from.stored.state.contents.particles.size());
     // Splitting and adding splats may have changed the number of Gaussians.
     const bool grown = splats.local() || (scene.upkeep.any() && !scene.setup.gaussians.empty());
-    check("Gaussians", grown ? from.splats.count() : scene.setup.gaussians.size(),
-          from.state.contents.gaussians.size());
-    check("splats", from.state.contents.gaussians.size(), from.splats.count());
-    SavedState state = from.state;
+    check("Gaussians", grown ? from.stored.splats.count() : scene.setup.gaussians.size(),
+          from.stored.state.contents.gaussians.size());
+    check("splats", from.stored.state.contents.gaussians.size(), from.stored.splats.count());
+    SavedState state = from.stored.state;
     state.config = solver.config();
-    add_local(state.config.materials, from.local, scene);
+    add_local(state.config.materials, from.stored.local, scene);
     try {
-        splats.set_state(from.splats, from.local);
+        splats.set_state(from.stored.splats, from.stored.local);
         solver.load(state);
     } catch (const std::invalid_argument& e) {
         throw InputError(file + ": " + e.what());

@@ -66,6 +66,7 @@ class Session {
     void open_writer();
     void keep_splats(RunObserver& watch, Simulator& solver, Device device);
     void keep_checkpoints(RunObserver& watch, const Simulator& solver, Device device);
+    StoredState stored_state(const EditableSimulator& solver, const RunRecord& record) const;
     void watch(RunObserver& watch, Progress& progress, const Simulator& solver);
     void write(const RunRecord& record, const Simulator& solver);
     void write_cloud(const std::string& to, const Simulator& solver) const;
@@ -162,6 +163,24 @@ void Session::clear()
     mesh_files.remove_old(), clay_files.remove_old();
 }
 
+// Commands would change the document and the numbers of its objects: their runs keep no
+// checkpoints.
+StoredState Session::stored_state(const EditableSimulator& solver, const RunRecord& record) const
+{
+    StoredState now;
+    now.splats = splats->state(), now.local = splats->local_state();
+    now.document = std::make_shared<const Document>(script.document());
+    for (const auto& object : now.document->objects) {
+        now.numbers.number[object->id] = script.simulated(object->id);
+        now.ids_used = std::max(now.ids_used, object->id.value);
+    }
+    now.numbers.materials = solver.config().materials;
+    now.frames = long(record.rows.size()),
+    now.time = record.rows.empty() ? 0 : record.rows.back().hand_time;
+    now.state = solver.save();
+    return now;
+}
+
 // Checkpoints; write errors do not end the run.
 void Session::keep_checkpoints(RunObserver& watch, const Simulator& solver, Device device)
 {
@@ -181,12 +200,19 @@ void Session::keep_checkpoints(RunObserver& watch, const Simulator& solver, Devi
     }
     const std::string name =
         device.kind == DeviceKind::cpu ? "cpu" : fmt::format("cuda:{}", device.index);
-    watch.checkpoint = [this, &solver = *solver.editable(), name](const RunRecord& record) {
+    SessionMeta meta = earlier ? earlier->meta : SessionMeta();
+    if (meta.session.empty()) meta = new_session();
+    meta.device = solver.name(), meta.stepped = true;
+    meta.deterministic = device.kind == DeviceKind::cpu || scene.setup.deterministic;
+    const SceneSource source{fs::absolute(o.scene).string(), read_text(o.scene, max_json_bytes),
+                             settings_of(o)};
+    watch.checkpoint = [this, &solver = *solver.editable(), name, meta,
+                        source](const RunRecord& record) {
         const double begin = wall_seconds();
         try {
             const Json command = command_of(o, name, process_seconds() - cpu_before, scene);
-            write_checkpoint(in_folder(checkpoint_name), {command, record, solver.save(),
-                                                          splats->state(), splats->local_state()});
+            write_checkpoint(in_folder(checkpoint_name),
+                             {meta, source, command, record, stored_state(solver, record)});
         } catch (const std::exception& e) {
             note(std::string("no checkpoint: ") + e.what());
         }
@@ -379,7 +405,9 @@ int Session::run()
     {
         Progress progress(frames_wanted(scene, hands.get(), o.frames), o.quiet || o.verbose);
         watch(watching, progress, *solver);
-        if (script.any()) script.play(scene, *splats, *solver, watching);
+        if (script.any())
+            script.play(scene, *splats, *solver, hands.get(),
+                        frames_wanted(scene, hands.get(), o.frames), watching);
         cpu_before = process_seconds() - (earlier ? cpu_seconds_of(*earlier) : 0);
         began = wall_seconds();
         record = run_frames(scene, *solver, hands.get(), run_options, watching,
@@ -390,6 +418,8 @@ int Session::run()
         note(fmt::format("commands after the last frame, not applied: {}", script.left()));
     if (scene.setup.rest.mode != RestMode::none)
         for (const std::string& spared : left_at_rest(record)) facts.left_out.push_back(spared);
+    facts.history = script.history();
+    if (!script.problem().empty()) refused(script.problem());
     facts.objects = object_facts(
         script.document(), [this](ObjectId object) { return script.simulated(object); },
         *record.last_good, editable ? editable->config().materials : scene.setup.materials);

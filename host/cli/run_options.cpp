@@ -13,14 +13,19 @@
 
 namespace knead {
 
-Scene scene_of(const RunOptions& o)
+std::vector<std::string> settings_of(const RunOptions& o)
 {
     std::vector<std::string> settings = o.settings;
     if (o.seed) settings.push_back(fmt::format("seed={}", *o.seed));
     if (o.pictures >= 0) settings.push_back(fmt::format("pictures.every={}", o.pictures));
     if (o.deterministic) settings.push_back("deterministic=true");
     if (o.cells > 0) settings.push_back(cells_setting(read_json(o.scene), o.cells));
-    Scene scene = read_scene(o.scene, settings);
+    return settings;
+}
+
+Scene scene_of(const RunOptions& o)
+{
+    Scene scene = read_scene(o.scene, settings_of(o));
     if (!o.hands.empty()) {
         if (!scene.has_hands && !begin_with_hands(scene, o.hands))
             throw UsageError("--hands: the scene has no \"hands\" to replace");

@@ -5,6 +5,8 @@
 
 namespace knead {
 
+// All --set of the options, and those that other options stand for. Throws InputError.
+std::vector<std::string> settings_of(const RunOptions& options);
 // Reads the scene without building it. Throws InputError, UsageError.
 Scene scene_of(const RunOptions& options);
 // Throws UsageError.

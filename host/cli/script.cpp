@@ -72,7 +72,16 @@ RunScript::RunScript(const RunOptions& options, Scene& scene, const Note& by)
     if (!given) return;
     const CommandLog read = read_command_log(file, options.out.empty() ? "." : options.out);
     log = entries_of(read);
-    if (read.recording.empty()) begin(scene);
+    const auto has = [&](auto... of_type) {
+        return std::ranges::any_of(log, [&](const LogEntry& entry) {
+            const Command* c = std::get_if<Command>(&entry.done);
+            return c && (std::holds_alternative<decltype(of_type)>(*c) || ...);
+        });
+    };
+    session = std::make_unique<RunSession>(
+        options, scene, RunSession::Wants{has(Undo{}, Redo{}, GoTo{}), has(Save{})});
+    beginnings.push_back({"", first});
+    if (read.recording.empty()) begin(options, scene);
 }
 
 void RunScript::refuse(const std::string& place, const Command& command, const Refusal& refusal,
@@ -87,7 +96,7 @@ void RunScript::refuse(const std::string& place, const Command& command, const R
 }
 
 // Commands of the document before the first frame change the scene itself.
-void RunScript::begin(Scene& scene)
+void RunScript::begin(const RunOptions&, Scene& scene)
 {
     std::vector<LogEntry> later;
     DocumentPtr now = first;
@@ -110,15 +119,19 @@ void RunScript::begin(Scene& scene)
             refuse(place, *command, *refusal, nullptr);
         else
             now = std::get<DocumentPtr>(result);
+        if (now != beginnings.back().document && row_of(*command).undo != UndoRule::none)
+            beginnings.push_back({row_of(*command).label, now});
     }
+    beginnings.back().document = now;
     log = std::move(later);
     if (now == first) return;
     first = now;
     scene = scene_of(std::move(scene), *now);
 }
 
-void RunScript::add_recorded(const Scene& scene, const Recording& recording)
+void RunScript::add_recorded(const Scene& scene, const Recording& of)
 {
+    recording = of;
     Beside found = recorded_beside(scene.hands.recording, scene.frame_rate, scene.origin);
     beside = found.file;
     if (beside.empty()) return;
@@ -135,7 +148,7 @@ void RunScript::add_recorded(const Scene& scene, const Recording& recording)
     std::ranges::merge(found.entries, log, std::back_inserter(all), {}, &LogEntry::frame,
                        &LogEntry::frame);
     log = std::move(all);
-    hands = std::make_unique<RecordedHands>(recording, scene.hands, scene.frame_rate);
+    hands = std::make_unique<RecordedHands>(of, scene.hands, scene.frame_rate);
 }
 
 int RunScript::simulated(ObjectId object) const
@@ -146,12 +159,19 @@ int RunScript::simulated(ObjectId object) const
     return int(at - first->objects.begin());
 }
 
-void RunScript::play(const Scene& scene, SceneSplats& splats, Simulator& solver, RunObserver& watch)
+void RunScript::play(const Scene& scene, SceneSplats& splats, Simulator& solver,
+                     const HandSource* played, int frames, RunObserver& watch)
 {
     replay = std::make_unique<CommandReplay>(std::move(log));
-    if (hands) watch.motion = [this](double from, double to) { return hands->motion(from, to); };
-    watch.edits = [this, &scene, &splats, &solver](int number, SessionLoop& loop) {
-        if (!editor)
+    MotionSource motion = recorded_motion(played, scene.hands);
+    if (hands) motion = [this](double from, double to) { return hands->motion(from, to); };
+    watch.motion = motion;
+    if (session)
+        watch.motion = [this, motion](double from, double to) {
+            return session->with_motion(motion(from, to));
+        };
+    watch.edits = [this, &scene, &splats, &solver, frames](int number, SessionLoop& loop) {
+        if (!editor) {
             editor = std::make_unique<SceneEditor>(
                 SceneEditor::Parts{scene, splats, loop, solver.editable(),
                                    [this, &loop, &solver, &splats](const HandsOptions& to) {
@@ -167,23 +187,59 @@ void RunScript::play(const Scene& scene, SceneSplats& splats, Simulator& solver,
                                        loop.set_surface(surface);
                                    }},
                 first, ids);
-        if (!replay->due(number) && !editor->carries()) return;
-        const auto apply = [this, number, &loop] {
-            editor->after_frame(loop.last());
-            replay->after_frame(number, *editor, [&](const LogEntry& entry, const Refusal& why) {
-                if (entry.line)
-                    return refuse(fmt::format("{}:{}: ", file, entry.line),
-                                  std::get<Command>(entry.done), why, &loop);
-                std::fprintf(stderr, "knead: %s: refused after frame %ld: %s\n", beside.c_str(),
-                             entry.frame, why.text().c_str());
-            });
-        };
+            frames_before = number;
+            if (session)
+                session->begin({scene, splats, loop, solver.editable(), *editor, session->steps()},
+                               beginnings, recording ? &*recording : nullptr);
+        }
+        if (!replay->due(number) && !editor->carries()) {
+            if (session && number > frames_before) session->after_frame(loop.last());
+            return;
+        }
+        if (number == frames) return after_last_frame(number, loop);
         // One that takes no edits has no frame in flight here, and commands may change names.
         if (solver.editable())
-            loop.edit([apply](EditableSimulator&) { apply(); });
+            loop.edit([this, number, &loop](EditableSimulator&) { after_frame(number, loop); });
         else
-            apply();
+            after_frame(number, loop);
     };
+}
+
+void RunScript::after_frame(int number, SessionLoop& loop)
+{
+    editor->after_frame(loop.last());
+    if (session && number > frames_before) session->after_frame(loop.last());
+    play_entries(number, loop, [](const LogEntry&) { return true; });
+}
+
+// Results of the run are those of its last frame.
+void RunScript::after_last_frame(int number, SessionLoop& loop)
+{
+    if (session && number > frames_before) session->after_frame(loop.last());
+    play_entries(number, loop, [](const LogEntry& entry) {
+        const Command* command = std::get_if<Command>(&entry.done);
+        return command &&
+               (std::holds_alternative<Save>(*command) || std::holds_alternative<Mark>(*command));
+    });
+}
+
+void RunScript::play_entries(int number, SessionLoop& loop,
+                             const std::function<bool(const LogEntry&)>& may)
+{
+    const auto refused = [&](const LogEntry& entry, const Refusal& why) {
+        if (entry.line)
+            return refuse(fmt::format("{}:{}: ", file, entry.line), std::get<Command>(entry.done),
+                          why, &loop);
+        std::fprintf(stderr, "knead: %s: refused after frame %ld: %s\n", beside.c_str(),
+                     entry.frame, why.text().c_str());
+    };
+    const auto by_command = [this](const Command& command) { return apply(command); };
+    replay->after_frame(number, *editor, {by_command, refused, may});
+}
+
+std::optional<Refusal> RunScript::apply(const Command& command)
+{
+    return session ? session->apply(command) : apply_in_run(*editor, command);
 }
 
 bool begin_with_hands(Scene& scene, const std::string& recording)

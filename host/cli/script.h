@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "host/cli/run_session.h"
 #include "host/run/run.h"
 #include "host/session/command_replay.h"
 
@@ -27,9 +28,18 @@ class RunScript {
     bool any() const { return !log.empty() || given; }
     const std::string& recorded_file() const { return beside; }  // "": none
 
-    // Applies the log in the run that `watch` observes. `scene`, `splats` and `solver` must outlive
-    // it.
-    void play(const Scene& scene, SceneSplats& splats, Simulator& solver, RunObserver& watch);
+    // Applies the log in the run that `watch` observes, of `frames` frames, with the motion of
+    // `played`, which may be null. After the last frame, commands are applied up to the first that
+    // may change clay. The arguments must outlive it.
+    void play(const Scene& scene, SceneSplats& splats, Simulator& solver, const HandSource* played,
+              int frames, RunObserver& watch);
+    // Of a run with --commands.
+    std::optional<HistoryInfo> history() const
+    {
+        return session ? std::optional(session->info()) : std::nullopt;
+    }
+    // Why a session was not saved; "": it was, or should not be.
+    std::string problem() const { return session ? session->problem() : ""; }
 
     const Document& document() const { return editor ? *editor->document() : *first; }
     std::size_t left() const { return replay ? replay->left() : 0; }  // commands not reached
@@ -37,7 +47,12 @@ class RunScript {
     int simulated(ObjectId object) const;
 
   private:
-    void begin(Scene& scene);
+    void begin(const RunOptions& options, Scene& scene);
+    void after_frame(int number, SessionLoop& loop);
+    void after_last_frame(int number, SessionLoop& loop);
+    void play_entries(int number, SessionLoop& loop,
+                      const std::function<bool(const LogEntry&)>& may);
+    std::optional<Refusal> apply(const Command& command);
     void refuse(const std::string& place, const Command& command, const Refusal& refusal,
                 SessionLoop* loop);
 
@@ -49,7 +64,11 @@ class RunScript {
     IdSource ids;
     std::unique_ptr<RecordedHands> hands;  // null: nothing was recorded beside the hands
     std::unique_ptr<CommandReplay> replay;
+    std::optional<Recording> recording;  // of the hands that are played
+    std::vector<RunSession::Beginning> beginnings;
     std::unique_ptr<SceneEditor> editor;
+    std::unique_ptr<RunSession> session;  // with --commands
+    int frames_before = 0;
 };
 
 // For a scene without hands: applies the first set_hands among the entries of frame 0 that were

@@ -124,6 +124,23 @@ struct ViewOptions {
 };
 int view_verb(const ViewOptions& options);
 
+struct ReplayVerbOptions {
+    std::string file;                     // a session
+    std::string device = "auto";          // auto: that of the session
+    std::string to;                       // number of a step; "": to the end
+    std::string record, mesh, particles;  // files to write; "": none
+    int threads = 0;                      // CPU; 0: all
+    bool check = false, json = false, overwrite = false, quiet = false;
+};
+int replay_verb(const ReplayVerbOptions& options);
+
+struct SessionVerbOptions {
+    std::string action;  // list, verify, compact
+    std::string file, out;
+    bool json = false, overwrite = false, quiet = false;
+};
+int session_verb(const SessionVerbOptions& options);
+
 struct DoctorOptions {
     std::vector<std::string> folders{"."};  // folders searched for leftover files
     bool json = false;

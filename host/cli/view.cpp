@@ -12,6 +12,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
 #include "host/base/print.h"
+#include "host/cli/options.h"
 #include "host/cli/verbs.h"
 #include "host/desktop/view_app.h"
 #include "host/run/estimate.h"
@@ -78,16 +79,20 @@ int view_verb(const ViewOptions& o)
     if (options.scripted) options.script = InputScript::read(o.script);
     options.every_frame = o.frames > 0;
     options.paused = o.paused;
+    options.session = session_given(o.scene, o.settings, o.cells);
+    options.protects = !options.scripted || !options.session.empty();
     options.settings = o.settings, options.cells = o.cells;
     options.memory = std::size_t(o.max_memory * 0x1p20);
     if (!o.screenshot.empty() && !o.overwrite && fs::exists(o.screenshot))
         throw OutputError(o.screenshot + ": is there already; --overwrite replaces it");
     const LiveOutputs outputs{o.out, o.record, "view.json", o.overwrite};
     const FolderLock lock = prepare(outputs);
+    std::shared_ptr<const LiveScene> scene;
+    if (!options.session.empty()) scene = load_session_scene(o.scene, options.memory);
     std::unique_ptr<Window> window = Window::open("Knead", width, height);
     std::vector<std::string> settings = o.settings;
     if (o.cells > 0) settings.push_back(cells_setting(read_json(o.scene), o.cells));
-    const auto scene = load_live_scene(o.scene, settings, options.memory);
+    if (!scene) scene = load_live_scene(o.scene, settings, options.memory);
     watch_interrupts();
     if (!o.quiet)
         std::fprintf(stderr, "knead: %s\n", cost_text(scene->scene, options.device).c_str());

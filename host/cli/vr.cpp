@@ -13,10 +13,12 @@
 #include "host/base/parallel.h"
 #include "host/base/print.h"
 #include "host/base/quiet_stderr.h"
+#include "host/cli/options.h"
 #include "host/cli/verbs.h"
 #include "host/run/estimate.h"
 #include "host/scene/domain.h"
 #include "host/session/backend.h"
+#include "host/session/session_file.h"
 #include "host/ui/live_results.h"
 #include "host/vr/headset_run.h"
 
@@ -123,17 +125,24 @@ int vr_verb(const VrOptions& given)
     VrOptions o = given;
     set_defaults_of_libraries();
     set_loop_threads(o.threads);
-    if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.scene), o.cells));
+    const std::string session = session_given(o.scene, given.settings, given.cells);
     const Device device = resolved(parse_device(o.device));
     HeadsetLoopOptions options = options_of(o, device);
+    options.session = session;
+    if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.scene), o.cells));
+    options.protects = !o.hands_only && (!o.deterministic || !session.empty());
     if (o.hands_only && o.record.empty() && o.out.empty())
         throw UsageError("--hands-only needs --record FILE, or --out DIR");
     const LiveOutputs outputs = outputs_of(o);
     const FolderLock lock = prepare(outputs);
     std::vector<std::string> settings = o.settings;
     if (o.deterministic) settings.push_back("deterministic=true");
+    auto scene = std::make_shared<LiveScene>(
+        *(session.empty() ? load_live_scene(o.scene, settings) : load_session_scene(session)));
+    o.scene = scene->scene.path;
+    if (o.deterministic && !session.empty() && !SessionFile(session).meta().deterministic)
+        throw UsageError("--deterministic: the session is not deterministic");
     options.scene = o.scene, options.settings = settings;
-    auto scene = std::make_shared<LiveScene>(*load_live_scene(o.scene, settings));
     scene->scene.setup.threads = o.threads;
     watch_interrupts();
     if (!o.hands_only) options.notify(cost_text(scene->scene, device));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -41,9 +42,12 @@ ViewApp::ViewApp(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveSce
 {
     for (const char* name : posture_names) panels.model.postures.push_back(name);
     clock.run(!paused);
+    session.wait_until_open();
     session.wait_for_commands();
     state = session.state();
     follow_history();
+    if (options.protects && options.session.empty())
+        recoverable = std::async(std::launch::async, recoverable_sessions);
 }
 
 LiveOptions ViewApp::live_options()
@@ -55,6 +59,7 @@ LiveOptions ViewApp::live_options()
     live.stepped = live.restarts_time = options.scripted;
     live.paused = options.paused;
     live.memory = options.memory;
+    live.session = options.session, live.protects = options.protects;
     live.on_device =
         options.device.kind == DeviceKind::cuda && painter->sharing(options.device.index).shared;
     live.clock = [this] { return clock.now(); };
@@ -64,12 +69,15 @@ LiveOptions ViewApp::live_options()
 
 void ViewApp::frame(double passed, const std::string& screenshot)
 {
+    using namespace std::chrono_literals;
     if (!screenshot.empty()) wanted.push_back(screenshot);
     if (options.scripted) passed = 1 / session.state()->scene->scene.frame_rate;
     window_time += passed;
     const bool happened = process_input();
     state = session.state();
     panels.follow(*state);
+    if (recoverable.valid() && recoverable.wait_for(0s) == std::future_status::ready)
+        panels.list_recoverable(recoverable.get()), settling = 3;
     panels.model.paused = paused;
     panels.model.pass(passed);
     follow_history();
@@ -213,8 +221,14 @@ void ViewApp::recreate_context()
 
 void ViewApp::apply(PanelRequests requests)
 {
-    if (requests.reset) discard({true, -1, 0});
-    if (requests.load) discard({false, *requests.load, 0});
+    if (requests.reset) discard({.reset = true});
+    const PanelModel& m = panels.model;
+    if (requests.load) discard({.load = *requests.load}, m.scenes.at(std::size_t(*requests.load)));
+    const auto row = [&](int i) { return m.recoverable.at(std::size_t(i)); };
+    if (requests.recover)
+        discard({.recover = row(*requests.recover).file}, row(*requests.recover).name);
+    if (requests.discard_log)
+        discard({.log = row(*requests.discard_log).file}, row(*requests.discard_log).name);
     if (requests.confirm) answer(*requests.confirm);
     if (requests.pause) pause(*requests.pause);
     if (requests.step) step();
@@ -231,7 +245,12 @@ void ViewApp::take_keys()
     if (input.pressed_alone(key_tab)) m.open = !m.open;
     if (input.pressed_alone(key_space)) pause(!paused);
     if (input.pressed_alone('N')) step();
-    if (input.pressed_alone('R')) discard({true, -1, 0});
+    if (input.pressed_alone('R')) discard({.reset = true});
+    PanelRequests by_key;
+    by_key.undo = input.pressed_control('Z');
+    by_key.redo = input.pressed_control('Y') || input.pressed_control('Z', true);
+    by_key.save = input.pressed_control('S');
+    panels.apply(by_key, session);
     if (input.pressed_alone('H')) m.hand = !m.hand;
     if (input.pressed_alone('P')) m.posture = (m.posture + 1) % posture_count;
     if (input.pressed_alone('V')) film();
@@ -245,18 +264,35 @@ void ViewApp::take_keys()
 
 void ViewApp::step() { stepping = stepping || paused; }
 
-// Discards unshaped clay at once, shaped clay only when the command is repeated.
-void ViewApp::discard(Discard what)
+// Whether something would be lost, or is not saved. Undo takes a reset back where there are steps;
+// a session with a log can be recovered.
+bool ViewApp::confirms(const Discard& what) const
+{
+    if (!what.log.empty()) return true;
+    const bool keeps_steps = state->situation.no_steps.empty();
+    if (what.reset) return shaped && !keeps_steps;
+    return state->unsaved || (shaped && (!keeps_steps || state->log.file.empty()));
+}
+
+// What would be missed is discarded only when the command is repeated. `name`: of what is opened or
+// deleted.
+void ViewApp::discard(Discard what, const std::string& name)
 {
     constexpr double confirm_time = 8;  // [s]
-    const bool again = what.reset == pending.reset && what.load == pending.load;
-    if (!shaped || again) return do_discard(what);
-    panels.model.answer = what.reset ? "Reset" : "Open";
-    const std::string act =
-        what.reset ? "Reset" : "Open \"" + panels.model.scenes.at(std::size_t(what.load)) + "\"";
-    panels.model.question = act +
-                            "? The shaped clay will be lost. Repeat the command "
-                            "to confirm.";
+    const bool again = what.reset == pending.reset && what.load == pending.load &&
+                       what.recover == pending.recover && what.log == pending.log;
+    if (!confirms(what) || again) return do_discard(what);
+    PanelModel& m = panels.model;
+    m.answer = what.reset ? "Reset" : what.load >= 0 ? "Open" : "Recover";
+    m.decline = "Keep the clay";
+    std::string lost = state->unsaved ? "This session is not saved; it can be recovered."
+                                      : "The shaped clay will be lost.";
+    if (!what.log.empty()) {
+        m.answer = "Discard", m.decline = "Keep the session";
+        lost = "It cannot be recovered then.";
+    }
+    m.question = m.answer + (what.reset ? "" : " \"" + name + "\"") + "? " + lost +
+                 " Repeat the command to confirm.";
     pending = what;
     pending.until = window_time + confirm_time;
     panels.show_scene(*state);
@@ -264,8 +300,14 @@ void ViewApp::discard(Discard what)
 
 void ViewApp::do_discard(const Discard& what)
 {
+    if (!what.log.empty()) {
+        panels.discard_log(what.log);
+        return answer(false);
+    }
     if (what.reset)
         session.send(Reset{});
+    else if (!what.recover.empty())
+        panels.recover(what.recover, session);
     else
         panels.load(what.load, session);
     // Before the first frame, so that recorded hands do not move the tools.

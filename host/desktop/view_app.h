@@ -1,6 +1,7 @@
 // Main loop of `knead view`: input to camera, hand and session; the session's state to a picture
 // with panels.
 #pragma once
+#include <future>
 #include <memory>
 #include <string>
 
@@ -31,10 +32,13 @@ struct ViewAppOptions {
     std::vector<std::string> settings;  // --set, for every scene
     int cells = 0;                      // for every scene; 0: the scene's
     std::size_t memory = 0;             // limit for loading a scene [bytes]; 0: what is free
+    std::string session;                // file of a session to go on with; "": none
+    bool protects = false;              // keeps a working log, and lists sessions to recover
 };
 
 class ViewApp {
   public:
+    // Throws what opening the session threw.
     ViewApp(std::unique_ptr<Window> window, std::shared_ptr<const LiveScene> scene,
             ViewAppOptions options);
 
@@ -63,12 +67,13 @@ class ViewApp {
     ViewPanels panels;
 
   private:
-    // A command that discards clay; shaped clay only after a confirmation.
+    // A command that discards clay, or a log; what would be missed only after a confirmation.
     struct Discard {
         bool reset = false;
-        int load = -1;     // number of the scene
-        double until = 0;  // window time at which the question expires [s]
-        bool any() const { return reset || load >= 0; }
+        int load = -1;                 // number of the scene
+        std::string recover{}, log{};  // log of a session to open; one to delete
+        double until = 0;              // window time at which the question expires [s]
+        bool any() const { return reset || load >= 0 || !recover.empty() || !log.empty(); }
     };
 
     LiveOptions live_options();
@@ -84,7 +89,8 @@ class ViewApp {
     void control_hand(bool on);
     void pause(bool on);
     void step();
-    void discard(Discard what);
+    bool confirms(const Discard& what) const;
+    void discard(Discard what, const std::string& name = "");
     void do_discard(const Discard& what);
     void answer(bool yes);
     void move_hand();
@@ -97,6 +103,7 @@ class ViewApp {
     void draw_splats(const EyeView& view, bool full_resolution);
     void save_picture(const std::string& file);
     void save_pictures();
+    void keep_picture();
     void film();
     void fit_camera();
     void recreate_context();
@@ -152,6 +159,10 @@ class ViewApp {
     std::string drawn_text;     // messages and question
     StillPicture still;
     double raster_took = 0, picture_took = 0, show_took = 0;  // [s]
+    std::future<std::vector<Recoverable>> recoverable;        // being searched
+    std::future<void> encoding;  // the last picture, being encoded; destroyed before the session
+    double kept_at = -1e30;      // window time of that picture [s]
+    std::shared_ptr<const std::vector<StepInfo>> kept_steps;  // of that picture
     long touched = 0, counted = 0;  // particle-substeps projected out of tools; version of the
                                     // state up to which they are counted
 };

@@ -1,13 +1,17 @@
 #include "host/desktop/view_panels.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
 
+#include "host/base/errors.h"
 #include "host/base/paths.h"
 #include "host/hands/pointer.h"
 #include "host/ui/scene_list.h"
+#include "host/ui/session_line.h"
 
 namespace knead {
 namespace {
@@ -77,11 +81,47 @@ void ViewPanels::follow(const LiveState& state)
             show_tool(state.scene->scene);
         }
     }
+    show_session(state);
     if (refused) model.note(state.refusal);
     if (anew || refused) show_scene(state);
     // Controls may be ahead of the state until all commands are answered.
     const bool other = state.document != shown_ || refused;
     if (state.document && (anew || (other && state.answered >= sent_))) show(state.document);
+}
+
+void ViewPanels::show_session(const LiveState& state)
+{
+    const auto button = [&](const Command& command) -> CommandButton {
+        return {row_of(command).label, why_not(command, state)};
+    };
+    model.undo = button(Undo{}), model.redo = button(Redo{}), model.save = button(Save{});
+    model.session = session_line(state);
+    std::erase_if(model.recoverable,
+                  [&](const RecoverRow& row) { return row.file == state.log.file; });
+    if (state.steps == steps_) return;
+    steps_ = state.steps;
+    model.steps.clear(), model.steps_changed = true;
+    if (!steps_) return;
+    for (const StepInfo& step : *steps_)
+        model.steps.push_back(
+            {int(step.id), step.id == 0 ? "Beginning" : step.label, step.current, step.on_line});
+}
+
+void ViewPanels::list_recoverable(std::vector<Recoverable> all)
+{
+    model.recoverable.clear();
+    for (const Recoverable& one : all) {
+        RecoverRow row{one.file,
+                       fs::path(one.scene).stem().string(),
+                       fmt::format("{} ago, {} steps", duration_text(one.age), one.steps - 1),
+                       {}};
+        try {
+            if (!one.picture.empty())
+                row.picture = std::make_shared<const Image>(decoded_png(one.picture, one.file));
+        } catch (const InputError&) {  // the session may be valid without it
+        }
+        model.recoverable.push_back(std::move(row));
+    }
 }
 
 // The ranges of sliders stay fixed while all values are within them.
@@ -167,6 +207,21 @@ void ViewPanels::load(int scene, LiveSession& session)
     send(Open{paths.at(std::size_t(scene)), settings_, cells}, session);
 }
 
+void ViewPanels::recover(const std::string& file, LiveSession& session)
+{
+    send(Open{file, {}, {}}, session);
+}
+
+void ViewPanels::discard_log(const std::string& file)
+{
+    try {
+        delete_log(file);
+        std::erase_if(model.recoverable, [&](const RecoverRow& row) { return row.file == file; });
+    } catch (const OutputError& e) {
+        model.note(e.what());
+    }
+}
+
 void ViewPanels::send_tool(LiveSession& session)
 {
     SetHands command;
@@ -190,6 +245,11 @@ void ViewPanels::apply(const PanelRequests& requests, LiveSession& session)
     std::optional<SetMaterial> material;
     if ((requests.preset || requests.material) && shown_)
         material = chosen_material(requests.preset);
+    if (requests.undo) send(Undo{}, session);
+    if (requests.redo) send(Redo{}, session);
+    if (requests.go_to) send(GoTo{*requests.go_to}, session);
+    if (requests.save) send(save_command(*session.state()), session);
+    if (requests.hide_recoverable) model.recoverable.clear();
     if (requests.recorded) send(Play{*requests.recorded}, session);
     if (requests.gravity) send(SetGravity{{0, 0.0 - *requests.gravity, 0}}, session, requests.drag);
     if (requests.tool) {

@@ -28,12 +28,16 @@ class ViewPanels {
 
     // Updates the model from the state; for a new scene its objects, too.
     void follow(const LiveState& state);
+    // Lists sessions to recover; one that the session opens leaves the list.
+    void list_recoverable(std::vector<Recoverable> all);
     // Adds the times of a picture and, once per version of the state, of its simulation frame [s].
     void add_times(const LiveState& state, double raster, double gl, double show);
-    // Sends what the panels request to the session: tools, hands, gravity, materials. follow()
-    // shows a refusal, and resets the control.
+    // Sends what the panels request to the session: tools, hands, gravity, materials, undo, redo,
+    // steps, save. follow() shows a refusal, and resets the control.
     void apply(const PanelRequests& requests, LiveSession& session);
-    void load(int scene, LiveSession& session);        // throws std::out_of_range
+    void load(int scene, LiveSession& session);  // throws std::out_of_range
+    void recover(const std::string& file, LiveSession& session);
+    void discard_log(const std::string& file);         // deletes it; a note says why not
     void send_tool(LiveSession& session);              // the chosen one, to the right hand
     void show_scene(const LiveState& state);           // selects the current scene in the list
     HandsOptions hands(const LiveState& state) const;  // with the chosen tool
@@ -45,6 +49,7 @@ class ViewPanels {
     int refused_ = 0;
     long sent_ = 0;      // serial number of the last command
     DocumentPtr shown_;  // by the model: that of the state, and the commands not answered yet
+    std::shared_ptr<const std::vector<StepInfo>> steps_;  // in the model
     std::vector<std::string> settings_;
     int cells_ = 0;
 
@@ -52,6 +57,7 @@ class ViewPanels {
     SetMaterial chosen_material(bool preset);
     void show(DocumentPtr document);
     void show_tool(const Scene& scene);
+    void show_session(const LiveState& state);
     std::string held() const;  // the chosen tool; "": the bare hand
 };
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <utility>
@@ -26,6 +27,29 @@ std::string free_name(const std::string& end)
         if (!fs::exists(name)) return name;
     }
     throw OutputError("knead_9999" + end + ": no unused file name is left");
+}
+
+// The columns from `left` on, at most `width` wide: means of boxes of pixels.
+Image reduced(const Image& from, int left, int width)
+{
+    left = std::clamp(left, 0, std::max(0, from.width - 64));
+    const int wide = from.width - left;
+    Image to{std::min(width, wide), 0, {}};
+    to.height = std::max(1, int(std::lround(double(from.height) * to.width / wide)));
+    for (int y = 0; y < to.height; ++y)
+        for (int x = 0; x < to.width; ++x) {
+            const int x0 = left + x * wide / to.width, x1 = left + (x + 1) * wide / to.width;
+            const int y0 = y * from.height / to.height, y1 = (y + 1) * from.height / to.height;
+            long sum[3] = {0, 0, 0};
+            for (int j = y0; j < y1; ++j)
+                for (int i = x0; i < x1; ++i)
+                    for (int k = 0; k < 3; ++k)
+                        sum[k] += from.rgb[std::size_t(3) * std::size_t(j * from.width + i) +
+                                           std::size_t(k)];
+            for (const long each : sum)
+                to.rgb.push_back(std::uint8_t(each / std::max(1, (x1 - x0) * (y1 - y0))));
+        }
+    return to;
 }
 
 }  // namespace
@@ -124,6 +148,7 @@ void ViewApp::paint(const EyeView& view, const EyeLook& look, const std::vector<
         coarse->paint(*painter, view, look, kept || rests ? 1 : pace.scale(), rests);
         if (rests) still.drawn_full(), settling = 2;  // a panel shows the resolution
     }
+    keep_picture();
     window->draw_panels();
     const double drawn_at = wall_seconds();
     save_pictures();
@@ -133,6 +158,27 @@ void ViewApp::paint(const EyeView& view, const EyeLook& look, const std::vector<
     picture_took = drawn_at - begin - raster_took, show_took = wall_seconds() - shown_at;
     if (!kept && !repeats && !rests) pace.took(picture_took + show_took);
     panels.add_times(*state, raster_took, picture_took, show_took);
+}
+
+// For the session's list: at most one in ten seconds, after a new step, without the panels and the
+// part of the picture behind them. The log gets it when another thread has encoded it.
+void ViewApp::keep_picture()
+{
+    using namespace std::chrono_literals;
+    constexpr double every = 10;  // [s]
+    constexpr int across = 256;   // [pixels]
+    if (state->log.file.empty() || !state->steps || state->steps == kept_steps) return;
+    if (std::min(window->width(), window->height()) < 64) return;
+    if (state->steps->size() < 2 || window_time < kept_at + every) return;
+    if (encoding.valid() && encoding.wait_for(0s) != std::future_status::ready) return;
+    kept_at = window_time, kept_steps = state->steps;
+    encoding = std::async(
+        std::launch::async, [this, left = window->panels_width(), image = window->image()] {
+            try {
+                session.set_picture(png_bytes(reduced(image, left, across)));
+            } catch (const std::exception&) {  // a session without a picture is valid
+            }
+        });
 }
 
 void ViewApp::save_pictures()

@@ -82,6 +82,15 @@ struct Open {
     std::vector<std::string> settings;  // --set
     std::optional<int> cells;           // along the longest axis; absent: as in the file
 };
+struct Save {
+    std::string file;
+    std::optional<bool> input;  // recordings of the hands, too; absent: yes
+};
+struct Undo {};
+struct Redo {};
+struct GoTo {
+    int step = 0;  // 0: the beginning
+};
 struct Reset {};
 struct Pause {
     bool on = false;
@@ -96,9 +105,10 @@ struct Mark {
     std::string text;
 };
 
-using Command = std::variant<AddObject, RemoveObjects, PlaceObject, SetMaterial, SetCategory,
-                             Rename, SetFlags, SetGravity, SetWalls, SetHands, SetSurface,
-                             SetLattice, Carry, Open, Reset, Pause, Advance, Play, Mark>;
+using Command =
+    std::variant<AddObject, RemoveObjects, PlaceObject, SetMaterial, SetCategory, Rename, SetFlags,
+                 SetGravity, SetWalls, SetHands, SetSurface, SetLattice, Carry, Open, Save, Undo,
+                 Redo, GoTo, Reset, Pause, Advance, Play, Mark>;
 
 enum class Origin { window, headset, script, replay };
 

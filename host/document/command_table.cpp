@@ -27,4 +27,24 @@ std::string needs_no_work(const Situation& s)
     return "another lattice begins the scene again, and " + s.work + " would be lost; reset first";
 }
 
+std::string needs_undo(const Situation& s)
+{
+    if (!needs_edits(s).empty()) return needs_edits(s);
+    return s.no_undo;
+}
+
+std::string needs_redo(const Situation& s)
+{
+    if (!needs_edits(s).empty()) return needs_edits(s);
+    return s.no_redo;
+}
+
+std::string needs_steps(const Situation& s)
+{
+    if (!needs_edits(s).empty()) return needs_edits(s);
+    return s.no_steps;
+}
+
+std::string needs_log(const Situation& s) { return s.simulation ? s.no_save : needs_simulation(s); }
+
 }  // namespace knead

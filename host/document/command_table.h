@@ -18,8 +18,8 @@
 namespace knead {
 
 enum class Receiver { document, session };
-// How a command will be undone; there is no undo yet. Today: waiting commands of a drag, of the
-// document, are dropped for later ones (Issued::drag), except with `step`.
+// How a command is undone. Waiting commands of a drag, of the document, are dropped for later ones
+// (Issued::drag), except with `step`.
 enum class UndoRule {
     step,   // each is a step
     merge,  // the commands of a drag are one step
@@ -34,6 +34,8 @@ struct Situation {
     bool live = true;        // real or stepped time; false: a batch run
     // What another lattice, or another scene, would discard; "": nothing.
     std::string work;
+    // Why there is nothing to undo, to redo, to go to, to save; "": there is.
+    std::string no_undo, no_redo, no_steps, no_save;
 };
 
 template <class T>
@@ -64,6 +66,10 @@ std::string needs_edits(const Situation&);
 std::string needs_simulation(const Situation&);
 std::string needs_live(const Situation&);
 std::string needs_no_work(const Situation&);
+std::string needs_undo(const Situation&);
+std::string needs_redo(const Situation&);
+std::string needs_steps(const Situation&);
+std::string needs_log(const Situation&);
 
 inline constexpr Bounds anywhere{-1000, 1000, "m"};
 inline constexpr Bounds turn_range{-1.001, 1.001};
@@ -232,21 +238,65 @@ struct Row<Carry> {
 };
 template <>
 struct Row<Open> {
-    static constexpr CommandRow row{
-        "open",         "Open",    "Opens a scene in place of the current one.", Receiver::session,
-        UndoRule::none, needs_live};
+    static constexpr CommandRow row{"open",
+                                    "Open",
+                                    "Opens a scene or a session in place of the current one.",
+                                    Receiver::session,
+                                    UndoRule::none,
+                                    needs_live};
     static constexpr std::tuple fields{
-        command_field("file", &Open::file, "a scene"),
+        command_field("file", &Open::file, "a scene (.json), or a session (.knead)"),
         command_field("settings", &Open::settings,
                       "as by --set; those that do not fit are left out"),
         command_field("cells", &Open::cells, "along the longest axis; absent: as in the file",
                       {8, 1024})};
 };
 template <>
-struct Row<Reset> {
+struct Row<Save> {
+    static constexpr CommandRow row{"save",
+                                    "Save",
+                                    "Writes the session, with its steps, to a file.",
+                                    Receiver::session,
+                                    UndoRule::none,
+                                    needs_log};
+    static constexpr std::tuple fields{
+        command_field("file", &Save::file, "to be written, *.knead; one that is there is replaced"),
+        command_field("input", &Save::input,
+                      "with the recorded hands, which are personal data; absent: true")};
+};
+template <>
+struct Row<Undo> {
     static constexpr CommandRow row{
-        "reset",           "Reset",        "Begins the scene again from its file.",
-        Receiver::session, UndoRule::none, needs_live};
+        "undo",
+        "Undo",
+        "Restores clay and document as they were before the last step; redo takes that back.",
+        Receiver::session,
+        UndoRule::none,
+        needs_undo};
+    static constexpr std::tuple<> fields{};
+};
+template <>
+struct Row<Redo> {
+    static constexpr CommandRow row{
+        "redo", "Redo", "Takes back the last undo.", Receiver::session, UndoRule::none, needs_redo};
+    static constexpr std::tuple<> fields{};
+};
+template <>
+struct Row<GoTo> {
+    static constexpr CommandRow row{
+        "go_to",           "Go to step",   "Restores clay and document of a step.",
+        Receiver::session, UndoRule::none, needs_steps};
+    static constexpr std::tuple fields{
+        command_field("step", &GoTo::step, "its number; 0: the beginning", {0, 2147483647})};
+};
+template <>
+struct Row<Reset> {
+    static constexpr CommandRow row{"reset",
+                                    "Reset",
+                                    "Begins the scene again from its file; undo takes that back.",
+                                    Receiver::session,
+                                    UndoRule::step,
+                                    needs_live};
     static constexpr std::tuple<> fields{};
 };
 template <>

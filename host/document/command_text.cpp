@@ -8,6 +8,7 @@
 
 #include "host/base/outputs.h"
 #include "host/document/command_table.h"
+#include "host/document/document_text.h"
 #include "host/scene/names.h"
 #include "host/scene/object_json.h"
 
@@ -115,15 +116,6 @@ ObjectRef object_in(ObjectReader& r, const std::string& key, const Json& value)
     r.fail(key, "an object: its number from 1 or its name", described(value));
 }
 
-SceneObject scene_object_in(ObjectReader& r, const std::string& folder)
-{
-    SceneObject o = scene_object(read_object(r, "", folder), {});
-    o.id = {std::uint32_t(r.whole("id", 1, 0x7fffffff, 0))};
-    o.locked = r.flag("locked", false);
-    o.hidden = r.flag("hidden", false);
-    return o;
-}
-
 // Reads the fields of a command.
 struct Reader {
     ObjectReader& r;
@@ -170,7 +162,7 @@ struct Reader {
     void operator()(const F& f, SceneObject& o) const
     {
         r.required(f.key, "an object of a scene");
-        r.object(f.key, [&](ObjectReader& in) { o = scene_object_in(in, folder); });
+        r.object(f.key, [&](ObjectReader& in) { o = read_scene_object(in, folder); });
     }
     template <class F>
     void operator()(const F& f, ContactMode& mode) const
@@ -294,16 +286,6 @@ void read_first_line(const Json& line, const std::string& file, CommandLog& log)
 }
 
 }  // namespace
-
-Json json_of(const SceneObject& object)
-{
-    Json of = json_of(object_of(object));
-    if (object.source.shape == ShapeKind::splats) of["file"] = object.source.splats.file;
-    if (object.id.value) of["id"] = object.id.value;
-    if (object.locked) of["locked"] = true;
-    if (object.hidden) of["hidden"] = true;
-    return of;
-}
 
 Json json_of(const Command& command)
 {

@@ -46,7 +46,4 @@ void write_command_log(const std::string& file, const CommandLog& log);  // thro
 // The log beside a recording: its name and ".commands".
 std::string command_log_of(const std::string& recording);
 
-// An object of a document, with the keys of a scene's and `id`, `locked`, `hidden`.
-Json json_of(const SceneObject& object);
-
 }  // namespace knead

@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <bit>
 #include <map>
-#include <nlohmann/json.hpp>
 
-#include "host/document/command_text.h"
+#include "host/document/document_text.h"
 #include "host/scene/domain.h"
 #include "host/scene/object_json.h"
 #include "host/scene/soften.h"
@@ -43,8 +42,6 @@ bool same(const std::shared_ptr<const T>& a, const std::shared_ptr<const T>& b)
     return a == b || equal(*a, *b);
 }
 
-Json triple(Vec3<double> v) { return {v.x, v.y, v.z}; }
-
 }  // namespace
 
 const SceneObject* Document::find(ObjectId id) const
@@ -61,6 +58,13 @@ std::vector<int> Document::hidden_categories() const
     for (const auto& [category, is] : hidden)
         if (is) all.push_back(category);
     return all;
+}
+
+bool has_velocity(const Document& document)
+{
+    return std::ranges::any_of(document.objects, [](const auto& o) {
+        return dot(o->source.velocity, o->source.velocity) > 0;
+    });
 }
 
 bool equal(Vec3<double> a, Vec3<double> b) { return same(a, b); }
@@ -94,26 +98,6 @@ bool equal(const Document& a, const Document& b)
     return same(a.scene, b.scene) && same(a.hands, b.hands) &&
            std::ranges::equal(a.objects, b.objects,
                               [](const auto& one, const auto& other) { return same(one, other); });
-}
-
-std::string document_text(const Document& d)
-{
-    Json objects = Json::array();
-    for (const auto& o : d.objects) objects.push_back(json_of(*o));
-    const SceneSettings& s = *d.scene;
-    const HandSettings& h = *d.hands;
-    const auto hand = [&](Side side) {
-        return Json{{"present", h.present[side]}, {"held", h.held[side]}};
-    };
-    return Json{
-        {"objects", std::move(objects)},
-        {"gravity", triple(s.gravity)},
-        {"walls", json_of(s.walls)},
-        {"cells", s.cells},
-        {"surface", s.surface_nodes},
-        {"hands",
-         {{"left", hand(left)}, {"right", hand(right)}, {"zoom", h.zoom}, {"at", triple(h.at)}}}}
-        .dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 std::uint64_t hash(const Document& document)

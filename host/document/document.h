@@ -66,19 +66,20 @@ struct Document {
 };
 using DocumentPtr = std::shared_ptr<const Document>;
 
+bool has_velocity(const Document& document);  // new clay of an object has one
+
 constexpr int most_objects = 256;
 constexpr std::uint32_t highest_id = 0x7fffffff;
 constexpr int fewest_surface_nodes = 8, most_surface_nodes = 1024;
 
-// To the bit, as in document_text(): 0 and -0 differ.
+// To the bit: 0 and -0 differ.
 bool equal(Vec3<double> a, Vec3<double> b);
 bool equal(const MaterialSpec& a, const MaterialSpec& b);
 bool equal(const SceneObject& a, const SceneObject& b);
 bool equal(const SceneSettings& a, const SceneSettings& b);
 bool equal(const HandSettings& a, const HandSettings& b);
 bool equal(const Document& a, const Document& b);
-std::uint64_t hash(const Document& document);         // of document_text()
-std::string document_text(const Document& document);  // canonical JSON, numbers to the bit
+std::uint64_t hash(const Document& document);  // of document_text() (document_text.h)
 
 // The document of a scene as read, or built: its objects have the ids 1, 2, ... in their order.
 Document document_of(const Scene& scene);

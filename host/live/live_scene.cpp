@@ -8,20 +8,46 @@
 #include "host/scene/seed.h"
 
 namespace knead {
+namespace {
+
+std::shared_ptr<const LiveScene> loaded(const SceneSource& source, const DocumentPtr& document,
+                                        std::size_t memory, bool needs_hands)
+{
+    auto made = std::make_shared<LiveScene>();
+    made->scene = parse_scene(source.text, source.path, source.settings);
+    if (document) made->scene = scene_of(std::move(made->scene), *document);
+    made->text = source.text;
+    if (memory == 0) memory = available_memory();
+    check_substeps(made->scene);
+    made->settings = source.settings;
+    made->splats = load_splats(made->scene, memory);
+    build(made->scene, memory);
+    try {
+        if (made->scene.has_hands) made->recording = hands_of(made->scene);
+    } catch (const InputError&) {
+        if (needs_hands) throw;
+    }
+    return made;
+}
+
+}  // namespace
 
 std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
                                                  const std::vector<std::string>& settings,
                                                  std::size_t memory)
 {
-    auto made = std::make_shared<LiveScene>();
-    made->scene = read_scene(path, settings);
-    if (memory == 0) memory = available_memory();
-    check_substeps(made->scene);
-    made->settings = settings;
-    made->splats = load_splats(made->scene, memory);
-    build(made->scene, memory);
-    if (made->scene.has_hands) made->recording = hands_of(made->scene);
-    return made;
+    return loaded({path, read_text(path, max_json_bytes), settings}, nullptr, memory, true);
+}
+
+std::shared_ptr<const LiveScene> live_scene_of(const SceneSource& source,
+                                               const DocumentPtr& document, std::size_t memory)
+{
+    return loaded(source, document, memory, false);
+}
+
+std::shared_ptr<const LiveScene> load_session_scene(const std::string& file, std::size_t memory)
+{
+    return live_scene_of(session_to_continue(file).scene(), nullptr, memory);
 }
 
 std::vector<std::string> fitting_settings(const std::string& path,

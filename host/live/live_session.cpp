@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -11,11 +12,13 @@
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
+#include "host/base/paths.h"
 #include "host/live/simulation_run.h"
 #include "host/scene/domain.h"
 #include "host/solver/audit.h"
 
 namespace knead {
+namespace fs = std::filesystem;
 
 float MotionStamp::extrapolation(double now) const
 {
@@ -46,6 +49,21 @@ bool cuts(const Command& command)
 {
     return std::holds_alternative<Open>(command) || std::holds_alternative<Reset>(command) ||
            std::holds_alternative<SetLattice>(command);
+}
+
+// Commands that SceneHistory applies, though they are of the session.
+bool of_history(const Command& command)
+{
+    return std::holds_alternative<Carry>(command) || std::holds_alternative<Undo>(command) ||
+           std::holds_alternative<Redo>(command) || std::holds_alternative<GoTo>(command);
+}
+
+// A user's file, as the beginning of a new working log.
+SessionFile copied(const SessionFile& file)
+{
+    const std::string to = (fs::path(log_folder()) / (new_session().session + log_ending)).string();
+    copy_chunks(file.chunks().path(), file.chunks().end(), {}, to);
+    return SessionFile(to);
 }
 
 // Whether each value that the former command sets is set by the later one, too.
@@ -168,7 +186,7 @@ void LiveSession::execute(const Issued& issued)
     if (cuts(issued.command)) --cut_requests;
     CommandAnswer answer;
     try {
-        answer = apply(issued.command);
+        answer = apply(issued);
     } catch (...) {
         answer.refusal = Refusal{reason_of(std::current_exception()), ""};
     }
@@ -177,27 +195,32 @@ void LiveSession::execute(const Issued& issued)
         return refuse(fmt::format("{}: {}", row_of(issued.command).label, answer.refusal->text()));
     AppliedCommand entry{history, run ? run->number() : 0, run ? run->now_at() : now(), issued};
     entry.issued.command = std::move(answer.applied);
+    // Those of the document, and of steps, are recorded where they are applied.
+    if (row_of(issued.command).receiver == Receiver::session && !of_history(issued.command))
+        record(CommandEvent{entry.issued});
     const std::lock_guard lock(mutex);
     if (applied.size() < most_applied) applied.push_back(std::move(entry));
 }
 
-// Commands of the session are applied here, those of the document by the simulation.
-CommandAnswer LiveSession::apply(const Command& command)
+// Commands of the session are applied here, those of the document and of steps by the simulation.
+CommandAnswer LiveSession::apply(const Issued& issued)
 {
+    const Command& command = issued.command;
     std::future<PreparedObject> clay = std::move(preparing);  // of this command, even if refused
     Situation situation = run ? run->situation() : Situation{};
     situation.simulation = run != nullptr && failure.empty();
+    if (writer) situation.no_save.clear();
     if (const std::string why = row_of(command).why_not(situation);
         !why.empty() && !std::holds_alternative<Reset>(command))
         return {Refusal{why, ""}, {}};
     const DocumentPtr document =
         run ? run->document() : std::make_shared<const Document>(Document{});
     const CommandAnswer answer{{}, command};
-    if (row_of(command).receiver == Receiver::document || std::holds_alternative<Carry>(command)) {
+    if (row_of(command).receiver == Receiver::document || of_history(command)) {
         if (!run) return {Refusal{"there is no simulation", ""}, {}};
-        if (!clay.valid()) return run->apply(command);
+        if (!clay.valid()) return run->apply(issued);
         PreparedObject ready = clay.get();
-        return run->apply(command, &ready);
+        return run->apply(issued, &ready);
     }
     if (const auto checked = reduce(document, command, ids);
         const Refusal* refusal_of = std::get_if<Refusal>(&checked))
@@ -205,11 +228,18 @@ CommandAnswer LiveSession::apply(const Command& command)
     if (std::holds_alternative<SetLattice>(command) && !scene)
         return {Refusal{"there is no simulation", ""}, {}};
     if (const Open* open = std::get_if<Open>(&command)) {
-        begin_file(open->file, open->settings, open->cells.value_or(0));
+        if (is_session(open->file))
+            open_session(open->file);
+        else
+            begin_file(open->file, open->settings, open->cells.value_or(0));
+    } else if (const Save* to = std::get_if<Save>(&command)) {
+        return {save(*to), command};
     } else if (const SetLattice* lattice = std::get_if<SetLattice>(&command)) {
         begin_file(scene->scene.path, scene->settings, lattice->cells);
     } else if (std::holds_alternative<Reset>(command)) {
-        begin(scene);
+        if (run && failure.empty()) run->close_step();
+        record(RunBegun{});
+        make_run(row_of(command).label);
     } else if (const Pause* pause = std::get_if<Pause>(&command)) {
         paused = pause->on;
         next = now();
@@ -231,7 +261,16 @@ void LiveSession::wait_for_commands()
 
 void LiveSession::run_thread()
 {
-    begin(scene);
+    try {
+        if (options.session.empty())
+            begin(scene);
+        else
+            open_session(options.session);
+    } catch (...) {
+        failure = reason_of(std::current_exception());
+        const std::lock_guard held(mutex);
+        unopened = std::current_exception();
+    }
     publish();
     std::unique_lock lock(mutex);
     ++finished;
@@ -261,8 +300,9 @@ void LiveSession::run_thread()
     tasks.clear();
     done.notify_all();
     lock.unlock();
-    preparing = {};  // waits: it uses the run
-    run.reset();     // on the thread that made it
+    preparing = {}, hashing = {};  // wait: they use the run
+    end_log();
+    run.reset();  // on the thread that made it
 }
 
 // Whether the command at the head of the queue can be applied. Clay of a new object is prepared on
@@ -304,11 +344,23 @@ bool LiveSession::wait_for_work(std::unique_lock<std::mutex>& lock)
     return false;
 }
 
+// Another scene: another session.
 void LiveSession::begin(std::shared_ptr<const LiveScene> of)
 {
-    preparing = {};  // waits: it uses the run
-    run.reset();     // before the new one: two may not fit into memory
+    end_log();
+    past = History(options.history);
+    step_list.reset(), saved_as.clear();
+    frames = 0;
     scene = std::move(of);
+    make_run("");
+    begin_log();
+}
+
+// The scene from its beginning. The session's past goes on.
+void LiveSession::make_run(const std::string& step)
+{
+    preparing = {}, hashing = {};  // wait: they use the run
+    run.reset();                   // before the new one: two may not fit into memory
     failure.clear();
     backlog = dropped = 0;
     ++history;
@@ -316,7 +368,8 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
     if (!scene) return;
     try {
         run = std::make_unique<SimulationRun>(
-            scene, options, ids, options.stepped ? stepped_to : now(), [this] { return now(); },
+            scene, options, ids, past, run_log(step), options.stepped ? stepped_to : now(),
+            [this] { return now(); },
             [this](const FrameProgress&) {
                 return quit || cut_requests > 0 || stopping.cuts(stopped());
             });
@@ -325,7 +378,156 @@ void LiveSession::begin(std::shared_ptr<const LiveScene> of)
     } catch (...) {
         failure = reason_of(std::current_exception());
     }
-    next = now();  // the time to create the solver is not backlog
+    next = stored = now();  // the time to create the solver is not backlog
+}
+
+RunLog LiveSession::run_log(const std::string& step_label)
+{
+    RunLog log;
+    log.step_label = step_label;
+    log.event = [this](const SessionEvent& event) { record(event); };
+    log.hands = [this](const HandFrame& hands) {
+        if (writer) writer->add_hands(hands);
+    };
+    log.step = [this](const HistoryStep& step, const FutureCapture& made) {
+        if (writer) writer->add_step(step, made);
+    };
+    return log;
+}
+
+void LiveSession::record(const SessionEvent& event)
+{
+    frames += std::holds_alternative<FrameEvent>(event);
+    if (options.logs) events.events.push_back(event);
+    if (writer) writer->add(event);
+}
+
+// The log of a session that cannot be written is left out; the state says so.
+void LiveSession::begin_log()
+{
+    events = {scene, {}};
+    if (options.logs) events.events.push_back(RunBegun{});
+    if (!options.protects || !run || !failure.empty()) return;
+    try {
+        SessionMeta meta = new_session();
+        meta.device = run->of().name(), meta.stepped = options.stepped;
+        meta.deterministic = !run->of().clay() || scene->scene.setup.deterministic;
+        writer = std::make_unique<SessionWriter>(
+            meta, SceneSource{scene->scene.path, scene->text, scene->settings});
+        writer->add(RunBegun{});
+        if (past.count() > 0) writer->add_beginning(past.current(), past.resident());
+    } catch (const std::exception& e) {
+        refuse(fmt::format("the session is not protected: {}", e.what()));
+    }
+}
+
+// A log without unsaved steps is not missed.
+void LiveSession::end_log()
+{
+    if (!writer) return;
+    try {
+        if (run && failure.empty()) run->close_step();
+    } catch (const std::exception&) {  // what is lost is the open step
+    }
+    if (!writer->changed()) writer->discard();
+    writer.reset();
+}
+
+// Reads the whole file before the current scene is replaced.
+void LiveSession::open_session(const std::string& name)
+{
+    const bool is_log = ending(name) == log_ending;
+    const SessionFile file = session_to_continue(name);
+    const std::shared_ptr<const LiveScene> of =
+        live_scene_of(file.scene(), nullptr, options.memory);
+    std::optional<StoredState> state;
+    if (file.final_state()) state = file.state(file.final_state());
+    History steps_of_file(options.history);
+    file.read_history(steps_of_file, file.current());
+    std::unique_ptr<SessionWriter> log;
+    if (options.protects) log = std::make_unique<SessionWriter>(is_log ? file : copied(file));
+    end_log();
+    past = std::move(steps_of_file);
+    step_list.reset();
+    const bool without_past = past.count() == 0;
+    ids.use({file.object_ids()});
+    for (const StepInfo& step : past.list())
+        for (const auto& object : past.find(step.id)->document->objects) ids.use(object->id);
+    saved_as = is_log ? file.saved_as() : fs::absolute(name).string();
+    if (file.run_record()) saved_as.clear();  // a run goes on with the file
+    scene = of;
+    events = {scene, {}};
+    writer = std::move(log);
+    frames = file.frames();
+    const StepId at = past.count() > 0 ? past.current().id : 0;
+    record(RunBegun{file.final_state(), nullptr});
+    make_run("");
+    if (!run || !failure.empty()) return;
+    if (state) {
+        run->go_on(*state);
+        if (without_past) begin_past();
+    } else if (!without_past) {
+        run->go_on(at);
+    } else if (writer && past.count() > 0) {  // killed before its beginning was committed
+        writer->add_beginning(past.current(), past.resident());
+    }
+    run->play(false);  // recorded hands would begin again
+}
+
+// With the state that a checkpoint has, not with the scene's beginning.
+void LiveSession::begin_past()
+{
+    run->begin_past();
+    if (writer && past.count() > 0) writer->add_beginning(past.current(), past.resident());
+}
+
+std::optional<Refusal> LiveSession::save(const Save& command)
+{
+    if (!writer || !run) return Refusal{"this session keeps no log", ""};
+    if (ending(command.file) != session_ending)
+        return Refusal{fmt::format("expected a name that ends in {}", session_ending), "file"};
+    run->close_step();
+    const std::string to = fs::absolute(command.file).string();
+    // On the log's thread: frames go on.
+    const auto written = [this, to](const std::string& why) {
+        post([this, to, why] {
+            if (why.empty())
+                saved_as = to;
+            else
+                refuse("Save: " + why);
+        });
+    };
+    writer->save(to, command.input.value_or(true), past.count() > 0 ? past.current().id : 0,
+                 run->stored_state(), written);
+    return {};
+}
+
+// Of each 60th frame, on another thread: a replay compares it.
+void LiveSession::hash_state()
+{
+    using namespace std::chrono_literals;
+    constexpr long every = 60;
+    if (hashing.valid() && hashing.wait_for(0s) == std::future_status::ready) record(hashing.get());
+    if (!writer && !options.logs) return;
+    const EditableSimulator* of = run->of().editable();
+    if (!of || hashing.valid() || frames % every != 0) return;
+    hashing = std::async(std::launch::async, [of, then = of->snapshot(), at = frames] {
+        return HashEvent{at, hash(of->rows(*then))};
+    });
+}
+
+void LiveSession::wait_until_open()
+{
+    std::unique_lock lock(mutex);
+    done.wait(lock, [&] { return finished >= 1 || quit; });
+    if (!options.session.empty() && unopened) std::rethrow_exception(unopened);
+}
+
+void LiveSession::set_picture(std::string png)
+{
+    post([this, png = std::move(png)] {
+        if (writer) writer->set_picture(png);
+    });
 }
 
 void LiveSession::rehearse()
@@ -360,6 +562,15 @@ void LiveSession::frame()
         failure = run->frame(single);
     } catch (...) {
         failure = reason_of(std::current_exception());
+    }
+    if (failure.empty()) hash_state();
+    if (writer) {
+        constexpr double state_every = 60;  // [s]
+        if (failure.empty() && now() - stored > state_every) {
+            stored = now();
+            writer->add_state(run->stored_state(), run->stored_bytes());
+        }
+        writer->poll();
     }
     if (!single && !options.stepped) schedule(now() - began);
 }
@@ -399,8 +610,31 @@ void LiveSession::publish()
     state->answered = answered;
     state->refused = refused;
     state->refusal = refusal;
+    if (run) {
+        state->situation = run->situation();
+        state->situation.document = state->document.get();
+        if (past.count() > 0) publish_steps(*state);
+    }
+    state->situation.simulation = run && failure.empty();
+    if (writer) {
+        state->situation.no_save.clear();
+        state->log = writer->state();
+        state->unsaved = writer->changed();
+    }
+    state->saved_as = saved_as;
     published.store(std::move(state));
     if (options.published) options.published();
+}
+
+// The list is made anew when steps have begun, ended or moved.
+void LiveSession::publish_steps(LiveState& state)
+{
+    if (!step_list || steps_version != past.version()) {
+        step_list = std::make_shared<const std::vector<StepInfo>>(past.list());
+        steps_version = past.version();
+    }
+    state.steps = step_list;
+    state.history_bytes = past.bytes();
 }
 
 void LiveSession::refuse(const std::string& why)
@@ -437,9 +671,7 @@ bool LiveSession::inspect_solver(const std::function<void(const Simulator&)>& in
 SessionLog LiveSession::session_log()
 {
     SessionLog log;
-    post([this, &log] {
-        if (run) log = run->log();
-    });
+    post([this, &log] { log = events; });
     wait_for_commands();
     return log;
 }

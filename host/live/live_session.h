@@ -5,6 +5,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <future>
 #include <memory>
@@ -22,6 +23,7 @@
 #include "host/live/session_log.h"
 #include "host/session/loop.h"
 #include "host/session/scene_editor.h"
+#include "host/session/session_file.h"
 #include "host/splats/cloud.h"
 #include "host/splats/device_gaussians.h"
 #include "render/painter.h"
@@ -34,12 +36,21 @@ struct LiveScene {
     std::vector<SplatObject> splats;     // of its objects
     std::optional<Recording> recording;  // of its hands
     std::vector<std::string> settings;   // --set, as given
+    std::string text;                    // of the scene's file
 };
 // Loads a scene as `knead run` does. `memory`: limit [bytes]; 0: what is free. Throws InputError,
 // MemoryError.
 std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
                                                  const std::vector<std::string>& settings = {},
                                                  std::size_t memory = 0);
+// The same from the text of the file at `path`, and with the objects and settings of `document`, if
+// not null. Recorded hands that cannot be read are left out: a session has its own.
+std::shared_ptr<const LiveScene> live_scene_of(const SceneSource& source,
+                                               const DocumentPtr& document = nullptr,
+                                               std::size_t memory = 0);
+// The scene of a session to go on with. Throws as session_to_continue(), too.
+std::shared_ptr<const LiveScene> load_session_scene(const std::string& file,
+                                                    std::size_t memory = 0);
 // The `settings`, in order, that are valid for the scene at `path`; the others are appended to
 // `left_out`. Throws InputError if the scene cannot be read even without settings.
 std::vector<std::string> fitting_settings(const std::string& path,
@@ -70,6 +81,11 @@ struct LiveOptions {
     bool with_motion = false;   // states contain the motion of the surface
     std::size_t memory = 0;     // limit for loading a scene [bytes]; 0: what is free
     bool logs = false;          // keeps a SessionLog; memory grows with time
+    std::size_t history = std::size_t(256) << 20;  // of steps in memory [bytes]
+    // Writes a working log in log_folder(): the session can be saved, and recovered after a crash.
+    bool protects = false;
+    std::string
+        session;  // file of a session to open at the beginning, in place of a scene; "": none
     // Asked in real time whether the result of a background task of the splats is taken now; the
     // argument says whether it is ready. If not, taking it waits. Null: the argument.
     std::function<bool(bool ready)> take_background;
@@ -134,6 +150,13 @@ struct LiveState {
     long answered = 0;    // serial number of the last command that was applied or refused
     int refused = 0;      // number of commands refused so far
     std::string refusal;  // reason for the last of them
+    // The steps of the history, by id; null: none are kept.
+    std::shared_ptr<const std::vector<StepInfo>> steps;
+    std::size_t history_bytes = 0;  // of them in memory
+    Situation situation;            // on which commands depend; its document is `document`
+    JournalState log;               // the working log; its `file` is "" if there is none
+    std::string saved_as;           // file of the last save; "": none
+    bool unsaved = false;           // there are steps since
 };
 
 // A command as it was applied.
@@ -154,6 +177,7 @@ struct ClayDigest {
 };
 
 class SimulationRun;
+struct RunLog;
 
 // Grace period of a stop: the current frame is cut only if it has not ended after 0.25 s, because a
 // frame that was cut cannot be reproduced from a recording.
@@ -185,6 +209,10 @@ class LiveSession {
     // Queues tracked hands, in the tracker's frame, in ascending order of time. Of more than 1024
     // queued frames the oldest are dropped.
     void push(const HandFrame& hands);
+    // Waits until LiveOptions::session is open. Throws what opening it threw.
+    void wait_until_open();
+    // Of the session's list: a PNG. No effect without a log.
+    void set_picture(std::string png);
 
     // Warm-up: computes some frames and restores the state, so that graphs, memory and kernels
     // exist before the first frame. Real time only. Called automatically for each scene unless
@@ -206,7 +234,7 @@ class LiveSession {
     // there is no solver.
     bool inspect_solver(const std::function<void(const Simulator&)>& inspect);
     ClayDigest digest();
-    // Since the last load or reset; empty without LiveOptions::logs.
+    // Since the last load; empty without LiveOptions::logs.
     SessionLog session_log();
     // Stepped sessions: simulates all frames that end at or before `time` [s], then returns. Throws
     // std::logic_error in real time.
@@ -218,7 +246,17 @@ class LiveSession {
     void post(std::function<void()> work);
     void execute(const Task& task);
     void execute(const Issued& issued);
-    CommandAnswer apply(const Command& command);
+    CommandAnswer apply(const Issued& issued);
+    std::optional<Refusal> save(const Save& command);
+    void open_session(const std::string& file);
+    void begin_past();
+    void begin_log();
+    void end_log();
+    void record(const SessionEvent& event);
+    RunLog run_log(const std::string& step_label);
+    void make_run(const std::string& step);
+    void hash_state();
+    void publish_steps(LiveState& state);
     bool superseded(const Task& task) const;
     bool may_execute();
     void run_thread();
@@ -240,6 +278,7 @@ class LiveSession {
     std::deque<Task> tasks;
     long serial = 0;                // of the last command sent
     long posted = 1, finished = 0;  // tasks; the first is begin()
+    std::exception_ptr unopened;    // why LiveOptions::session was not opened
     std::vector<AppliedCommand> applied;
     std::deque<HandFrame> incoming;
     std::atomic<bool> quit = false;
@@ -249,6 +288,14 @@ class LiveSession {
     std::shared_ptr<const LiveScene> scene;
     std::unique_ptr<SimulationRun> run;
     IdSource ids;
+    History past;
+    std::unique_ptr<SessionWriter> writer;  // null: no log
+    SessionLog events;                      // with LiveOptions::logs
+    long frames = 0;                        // events of frames so far
+    std::future<HashEvent> hashing;         // destroyed before the run
+    std::shared_ptr<const std::vector<StepInfo>> step_list;
+    long steps_version = 0;  // of the past, of `step_list`
+    std::string saved_as;
     int history = 0, refused = 0;
     long version = 0, answered = 0;
     std::string refusal, failure;
@@ -256,6 +303,7 @@ class LiveSession {
     int steps = 0;          // frames still to compute while paused
     double stepped_to = 0;  // of a stepped session [s]
     double next = 0;        // when the next frame is due [s]
+    double stored = 0;      // when the last state went to the log [s]
     // Clock time of overdue frames [s]: the session catches up with `backlog`, not with `dropped`.
     double backlog = 0, dropped = 0;
     std::future<PreparedObject> preparing;  // for the command at the head of the queue

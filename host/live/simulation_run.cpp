@@ -15,14 +15,19 @@
 namespace knead {
 
 SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOptions& by,
-                             IdSource& ids, double start, std::function<double()> clock,
-                             StopCheck should_cut)
+                             IdSource& ids_of, History& past_of, RunLog recorder, double start,
+                             std::function<double()> clock, StopCheck should_cut,
+                             RunReplay* replay_of)
     : scene(std::move(of)),
       options(by),
       now(std::move(clock)),
       solver(options.make_solver(scene->scene.setup)),
       editable(solver->editable()),
       splats(scene->scene, scene->splats),
+      past(past_of),
+      ids(ids_of),
+      log(std::move(recorder)),
+      replaying(replay_of),
       hands(scene->scene.hands),
       tools{scene->scene.setup.rig, scene->scene.setup.tools},
       stream(hands),
@@ -44,8 +49,6 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
         return should_cut(done) || (budget > 0 && now() - began > budget);
     };
     splats.decide_by([this](bool ready) { return takes(ready); });
-    recorded_log.scene = scene;
-    if (options.logs && recorded) recorded_log.events.push_back(Command(Play{true}));
     loop = std::make_unique<SessionLoop>(
         *solver, [this](double from, double to) { return motion(from, to); }, loop_by);
     editor = std::make_unique<SceneEditor>(
@@ -53,6 +56,13 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
                            [this](const HandsOptions& to) { set_hands(to); },
                            [this](int nodes) { set_surface(nodes); }},
         std::make_shared<const Document>(document_of(scene->scene)), ids);
+    history =
+        std::make_unique<SceneHistory>(SceneHistory::Parts{scene->scene, splats, *loop, editable,
+                                                           *editor, past, log.event, log.step},
+                                       log.step_label,
+                                       !replaying                ? StepSource::rule
+                                       : replaying->stored_steps ? StepSource::stored
+                                                                 : StepSource::events);
     loop->observe([this](const FrameResult& frame) { after(frame); });
     if (options.on_device) loop->launch_surfaces(true);
 }
@@ -109,18 +119,36 @@ void SimulationRun::make_sources()
 void SimulationRun::push(const HandFrame& frame)
 {
     stream.push(frame);
-    if (options.logs) recorded_log.events.push_back(frame);
+    if (log.hands) log.hands(frame);
+}
+
+void SimulationRun::record(const SessionEvent& event) const
+{
+    if (log.event) log.event(event);
 }
 
 // Whether the result of a background task is taken now.
 bool SimulationRun::takes(bool ready)
 {
-    const bool now_taken = options.take_background ? options.take_background(ready) : ready;
-    if (options.logs) logged.taken.push_back(now_taken);
+    bool now_taken = options.take_background ? options.take_background(ready) : ready;
+    if (replaying) {
+        if (replaying->taken == replaying->frame.taken.size())
+            throw std::runtime_error("a background task that the log does not have");
+        now_taken = replaying->frame.taken[replaying->taken++];
+    }
+    taken.push_back(now_taken);
     return now_taken;
 }
 
 Motion SimulationRun::motion(double from, double to)
+{
+    if (replaying) return replaying->frame.motion;
+    given = own_motion(from, to);
+    history->release_tools(given);
+    return given;
+}
+
+Motion SimulationRun::own_motion(double from, double to)
 {
     if (recorded) return replay(from - replayed, to - replayed);
     return pushed(from, to);
@@ -131,7 +159,6 @@ Motion SimulationRun::pushed(double from, double to)
 {
     Motion m = no_motion();
     const double until = options.stepped ? to + clock_offset : now();
-    logged.sampled = until;
     float size[side_count], before[side_count];
     stream.sample(until, m.to.data(), size);
     if (last_valid)
@@ -181,6 +208,8 @@ void SimulationRun::after(const FrameResult& frame)
         editor->after_frame(frame);
         if (editor->edits() != before) ++edits;
     }
+    record_frame();
+    history->after_frame(frame);
     if (!frame.stats.cut) return;
     const double left = simulated_period() - frame.stats.reached;
     ++cut;
@@ -244,13 +273,8 @@ void SimulationRun::begin_plan(int frame)
 std::string SimulationRun::frame(bool shown)
 {
     began = now();
-    logged = {};
+    taken.clear();
     const bool going = loop->step();
-    if (options.logs && going) {
-        const FrameStats& stats = loop->last().stats;
-        logged.cut_after = stats.cut ? stats.substeps : 0;
-        recorded_log.events.push_back(logged);
-    }
     if (!failure.empty()) return failure;
     if (loop->failure()) std::rethrow_exception(loop->failure());
     if (!going || loop->end() != End::complete)
@@ -258,7 +282,7 @@ std::string SimulationRun::frame(bool shown)
                            loop->last().number, loop->last().stats.substeps);
     // On the CPU a surface costs as much as many substeps: surfaces get at most half of the time.
     const bool due = options.stepped || solver->clay() || now() - mesh_made >= mesh_cost;
-    if (due || shown) make_surface();
+    if (!replaying && (due || shown)) make_surface();
     return {};
 }
 
@@ -317,7 +341,6 @@ void SimulationRun::set_hands(const HandsOptions& by)
 void SimulationRun::play(bool on)
 {
     if (on && !source) throw std::invalid_argument("the scene has no recorded hands");
-    if (options.logs) recorded_log.events.push_back(Command(Play{on}));
     recorded = on;
     replayed = loop->last().number * period();
     last_valid = false;
@@ -327,7 +350,7 @@ void SimulationRun::play(bool on)
 // moves little.
 std::future<PreparedObject> SimulationRun::prepare(const AddObject& command)
 {
-    if (options.logs) recorded_log.events.push_back(LoggedPreparation{command});
+    record(PreparationEvent{command});
     return std::async(std::launch::async,
                       [of = scene, walls = editable->config().walls, object = command.object,
                        simulator = editable, then = editable->snapshot()] {
@@ -341,20 +364,117 @@ std::future<PreparedObject> SimulationRun::prepare(const AddObject& command)
                       });
 }
 
-CommandAnswer SimulationRun::apply(const Command& command, PreparedObject* ready)
+CommandAnswer SimulationRun::apply(const Issued& issued, PreparedObject* ready)
 {
+    if (prepared_again && !ready) ready = &*prepared_again;
     if (editable && splats.finish_freezing(*editable)) clay_changed(), splats_changed();
     const long before = editor->edits(), clay_before = editor->clay_edits();
     const std::size_t splats_before = splats.state().count();
-    CommandAnswer answer = editor->apply(command, ready);
-    if (options.logs && !answer.refusal) recorded_log.events.push_back(answer.applied);
+    CommandAnswer answer = history->apply(issued, ready);
+    prepared_again.reset();
     if (editor->edits() != before) ++edits;
-    if (splats.state().count() != splats_before) splats_changed();
+    const bool restored = std::holds_alternative<Undo>(issued.command) ||
+                          std::holds_alternative<Redo>(issued.command) ||
+                          std::holds_alternative<GoTo>(issued.command);
+    if (splats.state().count() != splats_before || (restored && splats_before > 0))
+        splats_changed();
     if (editor->clay_edits() == clay_before) return answer;
+    clay_replaced();
+    return answer;
+}
+
+void SimulationRun::clay_replaced()
+{
     particles = std::max(particles, solver->particle_count());
     meshed = -1;
-    make_surface();
-    return answer;
+    if (!replaying) make_surface();
+}
+
+void SimulationRun::record_frame()
+{
+    if (!log.event) return;
+    const FrameResult& f = loop->last();
+    const bool was_cut = f.stats.cut;
+    record(FrameEvent{time, was_cut ? f.stats.reached : simulated_period(),
+                      was_cut ? f.stats.substeps : 0, taken, given});
+}
+
+void SimulationRun::replay_event(const SessionEvent& event)
+{
+    if (const auto* preparation = std::get_if<PreparationEvent>(&event)) {
+        prepared_again = prepare(preparation->command).get();
+    } else if (const StepBegun* begun = std::get_if<StepBegun>(&event)) {
+        history->begin_step(*begun);
+    } else if (const StepCaptured* captured = std::get_if<StepCaptured>(&event)) {
+        history->capture_step(*captured);
+    } else if (const StepRestored* restored = std::get_if<StepRestored>(&event)) {
+        go_on(restored->id);
+    }
+}
+
+std::size_t SimulationRun::stored_bytes() const
+{
+    return 100 * (solver->particle_count() + splats.state().count());
+}
+
+std::function<StoredState()> SimulationRun::stored_state() const
+{
+    if (!editable) throw std::invalid_argument(solver->name() + " cannot be saved");
+    StoredState now_at;
+    now_at.splats = splats.state(), now_at.local = splats.local_state();
+    now_at.document = editor->document(), now_at.numbers = editor->numbers();
+    now_at.ids_used = ids.most();
+    now_at.frames = history->frames(), now_at.time = time;
+    const auto later = std::make_shared<LaterState>();
+    later->make = [of = editable, then = editable->snapshot(), rest = std::move(now_at)] {
+        StoredState all = rest;
+        all.state = of->saved(*then);
+        return all;
+    };
+    std::erase_if(later_states, [](const auto& one) { return one.expired(); });
+    later_states.push_back(later);
+    return [later] { return later->get(); };
+}
+
+StoredState SimulationRun::LaterState::get()
+{
+    const std::lock_guard lock(mutex);
+    return made ? *made : make();
+}
+
+void SimulationRun::LaterState::read()
+{
+    const std::lock_guard lock(mutex);
+    try {
+        made = make(), make = {};
+    } catch (...) {
+        make = [why = std::current_exception()]() -> StoredState { std::rethrow_exception(why); };
+    }
+}
+
+SimulationRun::~SimulationRun()
+{
+    for (const std::weak_ptr<LaterState>& one : later_states)
+        if (const std::shared_ptr<LaterState> later = one.lock()) later->read();
+}
+
+void SimulationRun::go_on(const StoredState& from)
+{
+    if (!editable) throw std::invalid_argument(solver->name() + " cannot be loaded");
+    if (splats.finish_freezing(*editable)) clay_changed(), splats_changed();
+    editor->load(from);
+    history->state_loaded();
+    ids.use({from.ids_used});
+    ++edits, splats_changed();
+    clay_replaced();
+}
+
+void SimulationRun::go_on(StepId step)
+{
+    history->restore_step(step);
+    ++edits;
+    if (splats.state().count() > 0 || drawn) splats_changed();
+    clay_replaced();
 }
 
 void SimulationRun::set_surface(int nodes)

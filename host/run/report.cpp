@@ -387,6 +387,10 @@ Json report(const Scene& scene, const RunRecord& record, const RunInfo& facts)
         knead["softened"] = softened;
     knead["document"]["objects"] = Json::array();
     for (const ObjectFacts& o : facts.objects) knead["document"]["objects"].push_back(json_of(o));
+    if (facts.history)
+        knead["history"] = {{"steps", facts.history->steps},
+                            {"bytes", facts.history->bytes},
+                            {"current", facts.history->current}};
     knead["left_out"] = left_out_of(record, facts);
     knead["outputs"] = facts.outputs;
     if (facts.splats > 0)

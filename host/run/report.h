@@ -2,12 +2,14 @@
 // docs/reference/formats.md
 #pragma once
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "cuda/math/box.h"
 #include "host/document/document.h"
 #include "host/run/run.h"
+#include "host/session/history.h"
 
 namespace knead {
 
@@ -31,9 +33,10 @@ struct RunInfo {
     std::size_t splats = 0, inside = 0;  // that follow clay; of these, filled in inside objects
     bool local = false;                  // the scene has local clay
     std::vector<std::string> left_out;
-    std::vector<std::string> settings;  // --set as given
-    std::vector<std::string> outputs;   // files written
-    std::vector<ObjectFacts> objects;   // of the document at the end
+    std::vector<std::string> settings;   // --set as given
+    std::vector<std::string> outputs;    // files written
+    std::vector<ObjectFacts> objects;    // of the document at the end
+    std::optional<HistoryInfo> history;  // of a run with commands
 };
 
 struct Spread {

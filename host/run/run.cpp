@@ -24,10 +24,7 @@ std::vector<Particle<double>> moved_out(const Scene& scene, std::vector<Particle
 }
 std::vector<Mesh> moved_out(const Scene& scene, std::vector<Mesh> meshes)
 {
-    const Vec3<double> by = scene.origin;
-    if (dot(by, by) == 0) return meshes;
-    for (Mesh& mesh : meshes)
-        for (Vec3<float>& x : mesh.vertices) x = cast<float>(cast<double>(x) + by);
+    move_by(meshes, scene.origin);
     return meshes;
 }
 

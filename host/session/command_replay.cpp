@@ -36,20 +36,21 @@ void RecordedHands::set(const HandsOptions& to, long number)
     begin(last_time);
 }
 
-void CommandReplay::after_frame(long number, SceneEditor& editor,
-                                const std::function<void(const LogEntry&, const Refusal&)>& refused)
+std::optional<Refusal> apply_in_run(SceneEditor& editor, const Command& command)
+{
+    const std::string why = row_of(command).why_not(editor.situation(false));
+    return why.empty() ? editor.apply(command).refusal : Refusal{why, ""};
+}
+
+void CommandReplay::after_frame(long number, SceneEditor& editor, const By& by)
 {
     for (; next < log.size() && log[next].frame <= number; ++next) {
         const LogEntry& entry = log[next];
-        std::optional<Refusal> refusal;
-        if (const Moved* moved = std::get_if<Moved>(&entry.done)) {
-            refusal = editor.move(moved->object, moved->motion);
-        } else {
-            const Command& command = std::get<Command>(entry.done);
-            const std::string why = row_of(command).why_not(editor.situation(false));
-            refusal = why.empty() ? editor.apply(command).refusal : Refusal{why, ""};
-        }
-        if (refusal) refused(entry, *refusal);
+        if (by.may && !by.may(entry)) return;
+        const Moved* moved = std::get_if<Moved>(&entry.done);
+        const std::optional<Refusal> refusal = moved ? editor.move(moved->object, moved->motion)
+                                                     : by.apply(std::get<Command>(entry.done));
+        if (refusal) by.refused(entry, *refusal);
     }
 }
 

@@ -31,15 +31,24 @@ class RecordedHands {
     MotionSource source;
 };
 
+// Applies a command in a batch run, if it is available there.
+std::optional<Refusal> apply_in_run(SceneEditor& editor, const Command& command);
+
 class CommandReplay {
   public:
     // `log` in order of frames.
     explicit CommandReplay(std::vector<LogEntry> entries) : log(std::move(entries)) {}
 
-    // Applies the entries of frame `number` with no frame in flight. `refused` is called for each
-    // that is refused, and may throw to end the run.
-    void after_frame(long number, SceneEditor& editor,
-                     const std::function<void(const LogEntry&, const Refusal&)>& refused);
+    struct By {
+        std::function<std::optional<Refusal>(const Command&)> apply;
+        // Called for each entry that is refused; may throw to end the run.
+        std::function<void(const LogEntry&, const Refusal&)> refused;
+        // Entries before the first for which this is false are applied; null: all.
+        std::function<bool(const LogEntry&)> may{};
+    };
+    // Applies the entries of frame `number` with no frame in flight; motions of older recordings by
+    // the editor.
+    void after_frame(long number, SceneEditor& editor, const By& by);
     std::size_t left() const { return log.size() - next; }  // entries not reached yet
     // Whether entries of frame `number` wait.
     bool due(long number) const { return next < log.size() && log[next].frame <= number; }

@@ -133,6 +133,7 @@ class SessionLoop {
         }
     }
 
+    double duration() const { return options.duration; }     // simulated per frame [s]
     const FrameResult& last() const { return last_result; }  // last completed frame; number 0: none
     End end() const { return ended.value_or(End::complete); }
     // Exception of the solver that ended the loop; null: none. Observers were called for all frames

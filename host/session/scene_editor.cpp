@@ -30,6 +30,18 @@ bool same(const WallOptions& a, const WallOptions& b)
            a.friction == b.friction;
 }
 
+// Clay may be behind a wall that was moved after the last frame, until the next one projects it.
+// Simulators take it between these walls only, and the others then as an edit.
+template <class Place>
+WallOptions walls_around(const SimulationConfig& config, std::size_t count, Place&& place)
+{
+    const WallOptions& walls = config.walls;
+    for (std::size_t i = 0; i < count; ++i)
+        if (!between(walls, place(i), config.lattice.dx))
+            return walls_inside(config.lattice, 2, walls.mode, walls.friction);
+    return walls;
+}
+
 // The motion from one pose to another.
 RigidMotion<double> between_poses(const RigidMotion<double>& from, const RigidMotion<double>& to)
 {
@@ -156,6 +168,8 @@ Situation SceneEditor::situation(bool live) const
     s.document = now.get();
     s.editable = parts.simulator != nullptr;
     s.live = live;
+    s.no_undo = s.no_redo = s.no_steps = "no steps are kept here";
+    s.no_save = "no log is kept here";
     if (shaped)
         s.work = "the shaped clay";
     else if (!equal(*now, *first))
@@ -249,6 +263,117 @@ std::optional<Refusal> SceneEditor::carry(const Carry& command)
         std::swap(carried, next);
         return Refusal{e.what(), ""};
     }
+}
+
+std::optional<Refusal> SceneEditor::refusal_of(const Command& command) const
+{
+    IdSource unused = ids;
+    const auto result = reduce(now, command, unused);
+    const Refusal* refusal = std::get_if<Refusal>(&result);
+    return refusal ? std::optional(*refusal) : std::nullopt;
+}
+
+void SceneEditor::end_carry()
+{
+    if (!carries()) return;
+    carried.clear();
+    parts.simulator->set_gravity(now->scene->gravity);
+    ++count;
+}
+
+ObjectNumbers SceneEditor::numbers() const
+{
+    return {objects,
+            parts.simulator ? parts.simulator->config().materials : parts.scene.setup.materials};
+}
+
+// Hands and surface are not undone.
+Document SceneEditor::document_of_step(const HistoryStep& step) const
+{
+    Document to = *step.document;
+    to.hands = now->hands;
+    if (to.scene->surface_nodes == now->scene->surface_nodes) return to;
+    SceneSettings settings = *to.scene;
+    settings.surface_nodes = now->scene->surface_nodes;
+    to.scene = std::make_shared<const SceneSettings>(settings);
+    return to;
+}
+
+void SceneEditor::restore_document(const HistoryStep& step)
+{
+    synchronise(std::make_shared<const Document>(document_of_step(step)));
+}
+
+void SceneEditor::restore(const HistoryStep& step, const ClayRows& clay)
+{
+    EditableSimulator& s = *parts.simulator;
+    Document to = document_of_step(step);
+    SimulationConfig config = s.config();
+    config.materials = step.objects->materials;
+    const WallOptions walls = walls_of(to);
+    config.gravity = to.scene->gravity, config.walls = walls;
+    config.walls = walls_around(
+        config, clay.count, [&](std::size_t i) { return cast<double>(particle_at(clay, i).x); });
+    const std::shared_ptr<const Snapshot> before = s.snapshot();
+    try {
+        if (step.beginning)
+            s.replace(config, *step.beginning);
+        else
+            s.replace(config, clay);
+        if (!same(config.walls, walls)) s.set_walls(walls);
+        if (step.splats || parts.splats.state().count() > 0)
+            parts.splats.set_state(step.splats ? *step.splats : CarriedSplats{}, {});
+    } catch (...) {
+        s.restore(*before);
+        throw;
+    }
+    now = std::make_shared<const Document>(std::move(to));
+    objects = step.objects->number;
+    carried.clear();
+    ++count, ++clay_count;
+    parts.loop.clay_edited();
+}
+
+void SceneEditor::load(const StoredState& from)
+{
+    EditableSimulator& s = *parts.simulator;
+    SavedState state = from.state;
+    state.config = s.config();
+    state.config.materials = from.numbers.materials;
+    state.config.gravity = from.document->scene->gravity;
+    const WallOptions walls = walls_of(*from.document);
+    state.config.walls = walls;
+    const std::vector<Particle<double>>& clay = state.contents.particles;
+    state.config.walls =
+        walls_around(state.config, clay.size(), [&](std::size_t i) { return clay[i].x; });
+    const bool moved = !same(state.config.walls, walls);
+    if (moved) state.sliding.clear();  // along walls that are gone
+    const std::shared_ptr<const Snapshot> before = s.snapshot();
+    const CarriedSplats splats_before = parts.splats.state();
+    const LocalState local_before = parts.splats.local_state();
+    const auto set_hands = [&](const Document& of) {
+        parts.set_hands(hands_with(parts.scene.hands, *of.hands, parts.scene.origin));
+    };
+    const bool hands = !equal(*now->hands, *from.document->hands);
+    try {
+        parts.splats.set_state(from.splats, from.local);
+        s.load(state);
+        if (moved) s.set_walls(walls);
+        if (hands) set_hands(*from.document);
+        if (parts.set_surface && now->scene->surface_nodes != from.document->scene->surface_nodes)
+            parts.set_surface(from.document->scene->surface_nodes);
+    } catch (...) {
+        parts.splats.set_state(splats_before, local_before);
+        s.restore(*before);
+        if (hands) set_hands(*now);
+        throw;
+    }
+    now = from.document;
+    objects = from.numbers.number;
+    carried.clear();
+    shaped = true;
+    ++count, ++clay_count;
+    parts.loop.clay_edited();
 }
 
 void SceneEditor::after_frame(const FrameResult& frame)

@@ -11,7 +11,9 @@
 #include "host/document/command_table.h"
 #include "host/document/reduce.h"
 #include "host/paging/scene_splats.h"
+#include "host/session/history.h"
 #include "host/session/loop.h"
+#include "host/session/stored_state.h"
 
 namespace knead {
 
@@ -60,16 +62,34 @@ class SceneEditor {
     // what the simulator throws. Strong guarantee.
     void synchronise(const DocumentPtr& to, PreparedObject* ready = nullptr);
 
+    // Why reduce() would refuse it.
+    std::optional<Refusal> refusal_of(const Command& command) const;
+    // What is carried is let go.
+    void end_carry();
+    // What a step of the history keeps of the objects in the simulator.
+    ObjectNumbers numbers() const;
+    // Replaces clay and document by those of a step: its particles as `clay`, or as `beginning` if
+    // not null. The settings of hands and surface stay. Throws what the simulator throws; strong
+    // guarantee. Precondition: no local clay; no frame in flight.
+    void restore(const HistoryStep& step, const ClayRows& clay);
+    // The same of a step whose clay is the current one: only the document changes.
+    void restore_document(const HistoryStep& step);
+    // Replaces everything by a state that was stored. Throws std::invalid_argument; strong
+    // guarantee. Precondition: no frame in flight.
+    void load(const StoredState& state);
+
     // Call after each frame: moves what is carried with the palm that carries it.
     void after_frame(const FrameResult& frame);
 
     const DocumentPtr& document() const { return now; }
-    // `live`: see Situation.
+    // `live`: see Situation. Of steps and log it says that there are none:
+    // SceneHistory::situation().
     Situation situation(bool live) const;
     bool carries() const { return !carried.empty(); }
     // Number of the object in the simulator; of local clay, that of its own object, not of its
     // cubes. Precondition: the document has the object.
     int simulated(ObjectId object) const { return objects.at(object); }
+    std::uint32_t ids_used() const { return ids.most(); }
     long edits() const { return count; }            // so far
     long clay_edits() const { return clay_count; }  // that moved, added or removed clay
 
@@ -89,6 +109,7 @@ class SceneEditor {
     WallOptions walls_of(const Document& document) const;
     bool local(ObjectId object) const;
     RigidMotion<double> in_simulation(const RigidMotion<double>& pose) const;
+    Document document_of_step(const HistoryStep& step) const;
     Vec3<double> gravity_of(const Document& document) const;
 
     const Parts parts;

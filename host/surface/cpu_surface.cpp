@@ -343,6 +343,13 @@ void smooth(Mesh& mesh, Smoothing smoothing, int iterations)
     });
 }
 
+void move_by(std::vector<Mesh>& meshes, Vec3<double> by)
+{
+    if (dot(by, by) == 0) return;
+    for (Mesh& mesh : meshes)
+        for (Vec3<float>& x : mesh.vertices) x = cast<float>(cast<double>(x) + by);
+}
+
 std::vector<Mesh> surface(const std::vector<Particle<double>>& particles,
                           const std::vector<Material<double>>& materials,
                           const SurfaceOptions& options, SurfaceStats* stats, SurfaceHistory* past)

@@ -67,4 +67,6 @@ int components(const Mesh& mesh);
 // Colour of a category, linear RGB, distinct for the first dozen.
 Vec3<float> category_colour(int category);
 
+void move_by(std::vector<Mesh>& meshes, Vec3<double> by);  // [m]
+
 }  // namespace knead

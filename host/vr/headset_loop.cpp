@@ -1,11 +1,13 @@
 #include "host/vr/headset_loop.h"
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "host/base/machine.h"
 #include "host/ui/panel_commands.h"
+#include "host/ui/session_line.h"
 #include "host/vr/headset_loop_class.h"
 
 namespace knead {
@@ -52,7 +54,10 @@ void HeadsetLoop::open()
         options.notify(
             "--see-through: this runtime supports opaque pictures only; the room is not visible");
     live = std::make_unique<LiveSession>(first_scene, std::move(lived));
+    live->wait_until_open();
     live->wait_for_commands();
+    if (options.protects && options.session.empty())
+        recoverable = std::async(std::launch::async, recoverable_sessions);
     floor = headset->facts().floor;
     if (floor == Floor::standing) {
         // A workplace given relative to the floor is used at the start; otherwise, and later, it is
@@ -204,6 +209,7 @@ void HeadsetLoop::push(HandFrame given, bool runs, double now)
 // Pushes hands, advances the simulation to this frame's time, and fetches the newest state.
 void HeadsetLoop::simulate(const HeadsetViews& views, bool runs, FrameParts& parts)
 {
+    using namespace std::chrono_literals;
     follow_history();
     // The first picture of a session takes longer than others: in real time, time advances only
     // once it was submitted.
@@ -225,6 +231,8 @@ void HeadsetLoop::simulate(const HeadsetViews& views, bool runs, FrameParts& par
     if (!state->failure.empty() && before->failure.empty())
         options.notify("the simulation has ended: " + state->failure);
     notices.follow(*state, timing.time);
+    if (recoverable.valid() && recoverable.wait_for(0s) == std::future_status::ready)
+        notices.tell(recovery_line(recoverable.get().size()), timing.time);
     if (options.hands_only || !state->failure.empty()) return;  // no deformation, no latency
     // The state contains the effect of the hands sampled when its frame began.
     const double computing = options.stepped ? 0 : state->frame.times.solver;

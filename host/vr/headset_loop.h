@@ -27,6 +27,8 @@ struct HeadsetLoopOptions {
     bool panel = true;
     std::string scene;                  // path; the panel lists the scenes of its folder
     std::vector<std::string> settings;  // --set, for all scenes
+    std::string session;                // file of a session to go on with; "": none
+    bool protects = false;              // keeps a working log
     int frames = 0;                     // display frames to draw, without paused ones; 0: no limit
     double near_plane = 0.05;           // near plane [m]
     int samples = 0;  // per pixel; 0: 1 on a CPU; on a GPU 4, or 1 if that is too slow

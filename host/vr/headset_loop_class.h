@@ -1,5 +1,6 @@
 // The headset session's members, for the files that define its functions.
 #pragma once
+#include <future>
 #include <memory>
 #include <string>
 #include <vector>
@@ -95,6 +96,7 @@ class HeadsetLoop : public HeadsetSession {
     int panel_age = 0;       // frames since it was painted; 0: repaint
     std::string draw_error;  // reason of the last drawing failure; "": none
     HeadsetNotices notices;
+    std::future<std::vector<Recoverable>> recoverable;  // being searched
     HeadsetFeel feedback;
 };
 

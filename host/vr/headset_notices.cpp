@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "host/ui/session_line.h"
+
 namespace knead {
 
 std::string short_refusal(const std::string& message)
@@ -11,8 +13,17 @@ std::string short_refusal(const std::string& message)
     return message.substr(0, from) + message.substr(to + 3);
 }
 
+void HeadsetNotices::tell(const std::string& message, double now)
+{
+    if (message.empty()) return;
+    notify(message);
+    notice.show(message, now);
+}
+
 void HeadsetNotices::follow(const LiveState& state, double now)
 {
+    const bool saved = std::exchange(unsaved, state.unsaved) && !state.unsaved;
+    if (saved && state.log.trouble.empty()) tell(session_line(state), now);
     if (state.refused == refused) return;
     refused = state.refused;
     const std::string words = short_refusal(state.refusal);

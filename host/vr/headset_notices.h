@@ -31,9 +31,11 @@ class HeadsetNotices {
   public:
     explicit HeadsetNotices(std::function<void(const std::string&)> by) : notify(std::move(by)) {}
 
-    // Reports a refusal since the state before. Repetitions, as in every frame while clay is
-    // carried against a wall, are reported once.
+    // Reports a refusal since the state before, and a save that was written. Repetitions, as in
+    // every frame while clay is carried against a wall, are reported once.
     void follow(const LiveState& state, double now);
+    // Reports a message; "": none.
+    void tell(const std::string& message, double now);
     // Reports tracking that is too slow. Call after pushing the hands.
     void follow(const HeadsetHands& hands, double now);
     std::string at(double now) const { return notice.at(now); }
@@ -41,7 +43,8 @@ class HeadsetNotices {
   private:
     std::function<void(const std::string&)> notify;
     Notice notice;
-    int refused = 0;  // number of refusals reported
+    int refused = 0;       // number of refusals reported
+    bool unsaved = false;  // in the state before
     TrackingWatch tracking;
     bool too_slow = false;  // in the previous frame
 };

@@ -13,6 +13,7 @@ LiveOptions live_options(const HeadsetLoopOptions& options, std::function<double
     live.recorded = options.recorded, live.with_motion = true;
     live.paused = options.hands_only, live.manual_start = !options.stepped;
     live.clock = std::move(clock);
+    live.session = options.session, live.protects = options.protects;
     return live;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "cuda/math/rotation.h"
+#include "host/document/command_table.h"
 
 namespace knead {
 namespace {
@@ -50,6 +51,12 @@ std::string label_of(const PanelCommand& command, const PanelView& view)
             return "OTHER SIDE";
         case PanelAct::hold:
             return view.carrying ? "SHAPE" : "HOLD";
+        case PanelAct::undo:
+            return Row<Undo>::row.label;
+        case PanelAct::redo:
+            return Row<Redo>::row.label;
+        case PanelAct::save:
+            return Row<Save>::row.label;
         case PanelAct::quit:
             return "QUIT";
         default:
@@ -136,9 +143,9 @@ HeadsetPanel::HeadsetPanel()
     slider(PanelAct::stiffness), slider(PanelAct::yield);
     arrows(PanelAct::left_tool), arrows(PanelAct::right_tool), arrows(PanelAct::cells),
         arrows(PanelAct::surface);
-    buttons({PanelAct::gravity, PanelAct::pause});
-    buttons({PanelAct::reset, PanelAct::recentre, PanelAct::posture});
-    buttons({PanelAct::side, PanelAct::hold, PanelAct::quit});
+    buttons({PanelAct::gravity, PanelAct::pause, PanelAct::side});
+    buttons({PanelAct::undo, PanelAct::redo, PanelAct::save, PanelAct::hold});
+    buttons({PanelAct::reset, PanelAct::recentre, PanelAct::posture, PanelAct::quit});
 }
 
 Joint<float> HeadsetPanel::pose(const Workplace& usual, Side side)
@@ -273,7 +280,11 @@ void HeadsetPanel::draw_item(PanelCanvas& canvas, const PanelItem& item,
         done.width *= clamp(value, 0.f, 1.f);
         canvas.fill(done, down ? held : lit);
     }
-    centred(canvas, item.rect, words_on(item, view), ink);
+    const bool greyed = (act == PanelAct::undo && !view.no_undo.empty()) ||
+                        (act == PanelAct::redo && !view.no_redo.empty()) ||
+                        (act == PanelAct::save && !view.no_save.empty());
+    if (greyed && !down) canvas.fill(item.rect, ground);
+    centred(canvas, item.rect, words_on(item, view), greyed ? faint : ink);
     if (item.command.step < 0) {
         PanelRect between = item.rect;
         between.x += item.rect.width, between.width = width - 2 * between.x;

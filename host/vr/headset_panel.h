@@ -27,6 +27,9 @@ enum class PanelAct {
     posture,
     side,
     hold,
+    undo,
+    redo,
+    save,
     quit
 };
 struct PanelCommand {
@@ -45,6 +48,7 @@ struct PanelView {
     int nodes = 0;                    // of the solver's lattice, along x
     int surface = 0;                  // of the surface's lattice, along its longest side
     bool gravity = true, paused = false, carrying = false, standing = false;
+    std::string no_undo, no_redo, no_save;  // why these are not available; "": they are
 };
 
 struct PanelItem {

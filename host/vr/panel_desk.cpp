@@ -8,6 +8,7 @@
 #include "host/scene/presets.h"
 #include "host/ui/panel_commands.h"
 #include "host/ui/scene_list.h"
+#include "host/ui/session_line.h"
 
 namespace knead {
 namespace {
@@ -158,6 +159,16 @@ void PanelDesk::apply(const PanelCommand& command, const LiveState& state, LiveS
         case PanelAct::reset:
             live.send(Reset{}, Origin::headset);
             return;
+        // Sent where they are not available, too: the refusal has the reason.
+        case PanelAct::undo:
+            live.send(Undo{}, Origin::headset);
+            return;
+        case PanelAct::redo:
+            live.send(Redo{}, Origin::headset);
+            return;
+        case PanelAct::save:
+            live.send(save_command(state), Origin::headset);
+            return;
         default:
             break;
     }
@@ -172,6 +183,8 @@ PanelView PanelDesk::view(const LiveState& state, const HeadsetHands& hands) con
     shown.scene = std::filesystem::path(scenes[scene]).stem().string();
     shown.left_tool = hands.options().held[left], shown.right_tool = hands.options().held[right];
     shown.failure = state.failure;
+    shown.no_undo = why_not(Undo{}, state), shown.no_redo = why_not(Redo{}, state);
+    shown.no_save = why_not(Save{}, state);
     if (state.scene) shown.nodes = state.scene->scene.setup.lattice.size.x;
     if (!state.document) return shown;
     if (const SceneObject* first = first_object(state)) {

@@ -24,6 +24,7 @@ struct Glfw {
     decltype(&glfwGetWindowSize) window_size;
     decltype(&glfwSetWindowUserPointer) set_user;
     decltype(&glfwGetWindowUserPointer) user;
+    decltype(&glfwGetKeyName) key_name;
     decltype(&glfwSetKeyCallback) on_key;
     decltype(&glfwSetCharCallback) on_text;
     decltype(&glfwSetCursorPosCallback) on_move;

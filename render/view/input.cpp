@@ -66,6 +66,7 @@ struct Line {
 void InputState::begin_frame()
 {
     pressed_.clear(), pressed_alone_.clear(), text_.clear();
+    for (std::vector<int>& one : pressed_control_) one.clear();
     clicked_ = {};
     moved_x_ = moved_y_ = wheel_ = 0;
 }
@@ -90,6 +91,7 @@ void InputState::take(const InputEvent& e)
             pressed_.push_back(e.code);
             // Checked at the press: both keys may be released by the end of the frame.
             if (!combining()) pressed_alone_.push_back(e.code);
+            if (control() && !other_held()) pressed_control_[shift()].push_back(e.code);
             break;
         case InputEvent::wheel:
             wheel_ += e.y;
@@ -113,10 +115,15 @@ bool InputState::pressed_alone(int key) const
     return std::find(pressed_alone_.begin(), pressed_alone_.end(), key) != pressed_alone_.end();
 }
 
-bool InputState::combining() const
+bool InputState::pressed_control(int key, bool with_shift) const
 {
-    return control() || held(key_alt) || held(key_right_alt) || held(key_super) ||
-           held(key_right_super);
+    const std::vector<int>& all = pressed_control_[with_shift];
+    return std::find(all.begin(), all.end(), key) != all.end();
+}
+
+bool InputState::other_held() const
+{
+    return held(key_alt) || held(key_right_alt) || held(key_super) || held(key_right_super);
 }
 
 InputScript InputScript::read(const std::string& path)

@@ -52,6 +52,8 @@ class InputState {
     bool pressed(int key) const;  // since begin_frame(), even if released again
     // The same, only without control, alt or super.
     bool pressed_alone(int key) const;
+    // The same, with control, with or without shift as given, and without alt and super.
+    bool pressed_control(int key, bool with_shift = false) const;
     bool held_alone(Key key) const { return held(key) && !combining(); }
     bool shift() const { return held(key_shift) || held(key_right_shift); }
     bool control() const { return held(key_control) || held(key_right_control); }
@@ -65,11 +67,12 @@ class InputState {
 
   private:
     static bool in(int key) { return key >= 0 && key < key_count; }
-    bool combining() const;
+    bool combining() const { return control() || other_held(); }
+    bool other_held() const;  // alt, super
 
     std::array<bool, key_count> keys_{};
     std::array<bool, button_count> buttons_{}, clicked_{};
-    std::vector<int> pressed_, pressed_alone_, text_;
+    std::vector<int> pressed_, pressed_alone_, pressed_control_[2], text_;  // [with shift]
     double x_ = 0, y_ = 0, moved_x_ = 0, moved_y_ = 0, wheel_ = 0;
     bool placed_ = false;  // the mouse position is known
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 
 namespace knead {
@@ -67,6 +68,82 @@ void scene_part(PanelModel& m, PanelRequests& requests)
         if (ImGui::Checkbox("Recorded hands", &on)) requests.recorded = on;
     }
     if (slide("Gravity", m.gravity, 0, 20, "%.2f m/s2", 0)) requests.gravity = m.gravity;
+}
+
+void command_button(const CommandButton& button, const char* key, bool& pressed)
+{
+    ImGui::BeginDisabled(!button.why_not.empty());
+    pressed |= ImGui::Button(button.label.c_str());
+    ImGui::EndDisabled();
+    if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
+        ImGui::SetTooltip("%s", button.why_not.empty() ? key : button.why_not.c_str());
+}
+
+void step_list(PanelModel& m, PanelRequests& requests)
+{
+    constexpr int most = 6;  // lines
+    const int count = int(m.steps.size());
+    const float line = ImGui::GetTextLineHeightWithSpacing();
+    ImGui::BeginChild("steps", {0, line * float(std::min(count, most))});
+    ImGuiListClipper clipper;
+    clipper.Begin(count, line);
+    while (clipper.Step())
+        for (int i = clipper.DisplayStart; i < clipper.DisplayEnd; ++i) {
+            const StepRow& step = m.steps[std::size_t(i)];
+            ImGui::PushID(step.id);
+            if (!step.on_line)
+                ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetColorU32(ImGuiCol_TextDisabled));
+            if (ImGui::Selectable(step.label.c_str(), step.current) && !step.current)
+                requests.go_to = step.id;
+            if (!step.on_line) ImGui::PopStyleColor();
+            ImGui::PopID();
+        }
+    for (int i = 0; i < count && m.steps_changed; ++i)
+        if (m.steps[std::size_t(i)].current) ImGui::SetScrollY(line * float(i - most / 2));
+    ImGui::EndChild();
+    m.steps_changed = false;
+}
+
+void session_part(PanelModel& m, PanelRequests& requests)
+{
+    if (!ImGui::CollapsingHeader("Session", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    command_button(m.undo, "Ctrl+Z", requests.undo);
+    ImGui::SameLine();
+    command_button(m.redo, "Ctrl+Y", requests.redo);
+    ImGui::SameLine();
+    command_button(m.save, "Ctrl+S", requests.save);
+    if (!m.session.empty()) ImGui::TextWrapped("%s", m.session.c_str());
+    for (const StepRow& step : m.steps)
+        if (step.current) ImGui::TextWrapped("Last step: %s", step.label.c_str());
+    if (m.steps.empty() || !ImGui::TreeNode("Steps")) return;
+    step_list(m, requests);
+    ImGui::TreePop();
+}
+
+void recover_part(const PanelModel& m, PanelRequests& requests, const PictureTexture& texture)
+{
+    if (m.recoverable.empty()) return;
+    if (!ImGui::CollapsingHeader("Recover", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    constexpr float across = 96;  // of a picture [pixels]
+    for (int i = 0; i < int(m.recoverable.size()); ++i) {
+        const RecoverRow& row = m.recoverable[std::size_t(i)];
+        ImGui::PushID(i);
+        if (const Image* picture = row.picture.get()) {
+            const float high = across * float(picture->height) / float(picture->width);
+            ImGui::Image(reinterpret_cast<void*>(std::uintptr_t(texture(row.picture))),
+                         {across, high});
+            ImGui::SameLine();
+        }
+        ImGui::BeginGroup();
+        ImGui::TextWrapped("%s", row.name.c_str());
+        ImGui::TextWrapped("%s", row.text.c_str());
+        if (ImGui::Button("Recover")) requests.recover = i;
+        ImGui::SameLine();
+        if (ImGui::Button("Discard")) requests.discard_log = i;
+        ImGui::EndGroup();
+        ImGui::PopID();
+    }
+    if (ImGui::Button("Not now")) requests.hide_recoverable = true;
 }
 
 void material_part(PanelModel& m, PanelRequests& requests)
@@ -168,7 +245,7 @@ void said(const PanelModel& m)
     ImGui::End();
 }
 
-// Confirmation dialog before clay is discarded, above error and notice.
+// Confirmation dialog before something is discarded, above error and notice.
 void question_part(const PanelModel& m, PanelRequests& requests)
 {
     if (m.question.empty()) return;
@@ -184,7 +261,7 @@ void question_part(const PanelModel& m, PanelRequests& requests)
     ImGui::PopTextWrapPos();
     if (ImGui::Button(m.answer.c_str())) requests.confirm = true;
     ImGui::SameLine();
-    if (ImGui::Button("Keep the clay (Esc)")) requests.confirm = false;
+    if (ImGui::Button((m.decline + " (Esc)").c_str())) requests.confirm = false;
     ImGui::End();
 }
 
@@ -201,7 +278,7 @@ void style_panels()
 
 float panels_across() { return 8 + wide * std::max(1.0f, ImGui::GetIO().FontGlobalScale); }
 
-PanelRequests build_panels(PanelModel& m)
+PanelRequests build_panels(PanelModel& m, const PictureTexture& texture)
 {
     PanelRequests requests;
     if (m.open) {
@@ -212,7 +289,9 @@ PanelRequests build_panels(PanelModel& m)
                                             {scale * wide, std::max(high, 50.f)});
         ImGui::Begin("Knead", nullptr, ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize);
         ImGui::PushItemWidth(0.58f * scale * wide);
+        recover_part(m, requests, texture);
         scene_part(m, requests);
+        session_part(m, requests);
         material_part(m, requests);
         hand_part(m, requests);
         time_part(m);

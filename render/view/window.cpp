@@ -5,6 +5,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "host/base/errors.h"
@@ -53,6 +54,7 @@ Glfw load()
     find(library, g.window_size, "glfwGetWindowSize");
     find(library, g.set_user, "glfwSetWindowUserPointer");
     find(library, g.user, "glfwGetWindowUserPointer");
+    find(library, g.key_name, "glfwGetKeyName");
     find(library, g.on_key, "glfwSetKeyCallback");
     find(library, g.on_text, "glfwSetCharCallback");
     find(library, g.on_move, "glfwSetCursorPosCallback");
@@ -76,12 +78,21 @@ WindowInput& input_of(GLFWwindow* window)
     return *static_cast<WindowInput*>(glfw().user(window));
 }
 
+// GLFW numbers keys by their place on a US keyboard. Letters: those of the user's layout.
+int letter_of(int key, int scancode)
+{
+    if (key < 'A' || key > 'Z') return key;
+    const char* name = glfw().key_name(key, scancode);
+    const bool letter = name && name[0] >= 'a' && name[0] <= 'z' && name[1] == 0;
+    return letter ? name[0] - 'a' + 'A' : key;
+}
+
 void install_callbacks(const Glfw& g, GLFWwindow* window)
 {
-    g.on_key(window, [](GLFWwindow* w, int key, int, int action, int) {
+    g.on_key(window, [](GLFWwindow* w, int key, int scancode, int action, int) {
         if (action == GLFW_REPEAT) return;
         InputEvent e{InputEvent::key};
-        e.code = key, e.down = action == GLFW_PRESS;
+        e.code = letter_of(key, scancode), e.down = action == GLFW_PRESS;
         input_of(w).events.push_back(e);
     });
     g.on_text(window, [](GLFWwindow* w, unsigned letter) {
@@ -137,9 +148,11 @@ class GlfwWindow final : public Window {
 
   private:
     void measure();
+    unsigned texture_of(const std::shared_ptr<const Image>& picture);
 
     GLFWwindow* window_ = nullptr;
     WindowInput heard_;
+    std::map<std::shared_ptr<const Image>, Texture> pictures_;  // on the panels
     int width_ = 0, height_ = 0, hidden_ = 0;
 };
 
@@ -179,6 +192,7 @@ GlfwWindow::GlfwWindow(const std::string& title, int width, int height)
 
 GlfwWindow::~GlfwWindow()
 {
+    pictures_.clear();
     ImGui_ImplOpenGL3_Shutdown();
     ImGui::DestroyContext();
     glfw().make_current(nullptr);
@@ -226,10 +240,26 @@ PanelRequests GlfwWindow::panels(PanelModel& model, const InputState& input, dou
     for (const int letter : input.typed()) io.AddInputCharacter(unsigned(letter));
     ImGui_ImplOpenGL3_NewFrame();
     ImGui::NewFrame();
-    const PanelRequests requests = build_panels(model);
+    std::erase_if(pictures_, [](const auto& one) { return one.first.use_count() == 1; });
+    const PanelRequests requests = build_panels(
+        model, [this](const std::shared_ptr<const Image>& one) { return texture_of(one); });
     hidden_ = model.open ? int(panels_across()) : 0;
     ImGui::Render();
     return requests;
+}
+
+unsigned GlfwWindow::texture_of(const std::shared_ptr<const Image>& picture)
+{
+    Texture& made = pictures_[picture];
+    if (made) return made;
+    made = texture(GL_TEXTURE_2D);
+    glTextureStorage2D(made, 1, GL_RGB8, picture->width, picture->height);
+    glTextureParameteri(made, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTextureSubImage2D(made, 0, 0, 0, picture->width, picture->height, GL_RGB, GL_UNSIGNED_BYTE,
+                        picture->rgb.data());
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    return made;
 }
 
 void GlfwWindow::draw_panels()

@@ -134,6 +134,44 @@ ssize_t write(int file, const void* from, size_t size)
     return next<ssize_t (*)(int, const void*, size_t)>("write")(file, from, size);
 }
 
+ssize_t pread(int file, void* to, size_t size, off_t at)
+{
+    if (fails("pread", file)) return -1;
+    return next<ssize_t (*)(int, void*, size_t, off_t)>("pread")(file, to, size, at);
+}
+
+ssize_t pwrite(int file, const void* from, size_t size, off_t at)
+{
+    if (fails("pwrite", file)) return -1;
+    return next<ssize_t (*)(int, const void*, size_t, off_t)>("pwrite")(file, from, size, at);
+}
+
+ssize_t copy_file_range(int from, off64_t* at, int to, off64_t* there, size_t size, unsigned flags)
+{
+    if (fails("copy", to)) return -1;
+    using Call = ssize_t (*)(int, off64_t*, int, off64_t*, size_t, unsigned);
+    return next<Call>("copy_file_range")(from, at, to, there, size, flags);
+}
+
+int ftruncate(int file, off_t size)
+{
+    if (fails("cut", file)) return -1;
+    return next<int (*)(int, off_t)>("ftruncate")(file, size);
+}
+
+int fdatasync(int file)
+{
+    if (fails("fdatasync", file)) return -1;
+    return next<int (*)(int)>("fdatasync")(file);
+}
+
+int linkat(int from, const char* name, int to, const char* path, int flags)
+{
+    if (fails("create", path)) return -1;
+    return next<int (*)(int, const char*, int, const char*, int)>("linkat")(from, name, to, path,
+                                                                            flags);
+}
+
 int fsync(int file)
 {
     if (fails("fsync", file)) return -1;

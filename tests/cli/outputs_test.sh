@@ -28,6 +28,8 @@ rows=(
     "compare one/report.json one/report.json" "compare one/report.json one/report.json --json"
     "convert one/mesh.glb a.obj --overwrite" "convert one/mesh.glb - --to obj"
     "render one.splat --out a.png --size 16x16 --device cpu --overwrite"
+    "replay two-lumps.knead --to 1" "replay two-lumps.knead --to 1 --json"
+    "session verify two-lumps.knead" "session verify two-lumps.knead --json" "session list"
     "doctor" "doctor --json"
     "bench stages --device cpu --quick --out measured --overwrite"
     "verify convergence --only patch --device cpu"

@@ -72,7 +72,7 @@ refuses 3 'twice.csv: line 1: expected a name once, found "x" again' convert twi
 refuses 2 "give its format by --to" convert hands.hands -
 refuses 2 "can be written as .hands, .jsonl" convert hands.hands hands.ply
 refuses 2 "can be written as .ply, .csv" convert three.csv three.obj
-refuses 3 "expected a mesh, a recording, particles or splats" convert ball.json ball.ply
+refuses 3 "expected a mesh, a recording, particles, splats or a session" convert ball.json ball.ply
 refuses 2 "no verb" help knit
 refuses 2 "--completion: expected bash or zsh" help --completion fish
 

@@ -6,6 +6,7 @@ set -u
 knead=$1
 out=$(mktemp -d)
 screen=
+export XDG_STATE_HOME=$out/state
 trap '[ -z "$screen" ] || kill "$screen" 2>/dev/null; rm -rf "$out"' EXIT
 fail() { echo "FAILED: $*"; cat "$out"/*.txt 2>/dev/null; exit 1; }
 
@@ -98,7 +99,6 @@ cat >"$out/led" <<END
 0.35 key n tap
 0.4 key space tap
 0.5 button left down
-0.75 key r tap
 END
 same=("${small[@]:0:4}" --device cpu)
 "$knead" view scenes/squeeze.json "${small[@]}" --set deterministic=true --script "$out/led" \
@@ -107,11 +107,11 @@ same=("${small[@]:0:4}" --device cpu)
 [ "$(ls -m "$out/kept")" = "hands.hands, hands.hands.commands, mesh.glb, view.json" ] ||
     fail "kept: $(ls -m "$out/kept")"
 cmp -s "$out/kept/hands.hands" "$out/mine.hands" || fail "--record is not hands.hands"
-# Control with R is not R, and R alone asks first: nothing began anew. Paused for 9 frames but one.
+# Control with R is not R: nothing began anew. Paused for 9 frames but one.
 number() { sed -n "s/.*\"$2\": \([0-9.]*\),*/\1/p" "$1" | tail -n 1; }
 hash_of() { sed -n 's/.*"state_hash": "\([0-9a-f]*\)".*/\1/p' "$1" | tail -n 1; }
 frames=$(sed -n 's/^90 frames drawn by .* \([0-9]*\) simulated.*/\1/p' "$out/said.txt")
-[ "$frames" = 82 ] || fail "$frames frames, asked before a reset, paused for 8"
+[ "$frames" = 82 ] || fail "$frames frames, paused for 8"
 grep -q " 0 particle-substeps" "$out/said.txt" && fail "the hand that is recorded touched nothing"
 "$knead" run scenes/squeeze.json "${same[@]}" --set deterministic=true --frames "$frames" -q \
     --hands "$out/mine.hands" --out "$out/played" >/dev/null 2>"$out/errors.txt" ||
@@ -126,13 +126,12 @@ grep -q " 0 particle-substeps" "$out/said.txt" && fail "the hand that is recorde
     >"$out/said.txt" 2>"$out/errors.txt"
 [ $? -eq 2 ] || fail "--record with another ending is wrong usage"
 
-# The second R throws the clay away. The mouse still leads: its hand, which had touched nothing, now
-# does, and the recorded ones do not come back.
+# R begins the scene anew at once: undo takes it back. The mouse still leads: its hand, which had
+# touched nothing, now does, and the recorded ones do not come back.
 cat >"$out/anew" <<END
 0 move 200 120
 0 key h tap
 0 key tab tap
-0.1 key r tap
 0.12 key r tap
 0.6 button left down
 END
@@ -166,6 +165,36 @@ for signal in TERM:143 HUP:129 INT:130; do
     [ -s "$out/${signal%:*}/mesh.glb" ] && [ -s "$out/${signal%:*}/view.json" ] ||
         fail "$signal: $(ls -m "$out/${signal%:*}")"
 done
+
+# A session goes on: its log begins with the session, undo and save act by keys, and settings and
+# damaged files are refused. A scripted window without a session keeps no log.
+[ -z "$(find "$out/state" -name '*.log' -size +0 -newer "$out/led" 2>/dev/null | head -n 1)" ] ||
+    rm -f "$out"/state/knead/*.log # of the windows that got signals
+echo '{"frame":5,"set_gravity":{"gravity":[0,-3,0]}}
+{"frame":8,"save":{"file":"clay.knead"}}' >"$out/script.jsonl"
+"$knead" run scenes/squeeze.json "${same[@]}" --frames 8 -q --commands "$out/script.jsonl" \
+    --out "$out/session" >"$out/said.txt" 2>"$out/errors.txt" || fail "no session"
+clay=$out/session/clay.knead
+cat >"$out/go_on" <<END
+0.05 key control down
+0.05 key z tap
+0.05 key s tap
+0.05 key control up
+END
+"$knead" view "$clay" --device cpu --size 320x240 --script "$out/go_on" --frames 20 \
+    --out "$out/gone_on" >"$out/said.txt" 2>"$out/errors.txt"
+[ $? -eq 0 ] || fail "view of a session"
+"$knead" session verify "$clay" >"$out/said.txt" 2>"$out/errors.txt" ||
+    fail "a session that the window saved"
+"$knead" replay "$clay" --check -q >"$out/said.txt" 2>"$out/errors.txt" ||
+    fail "another replay than what the window saved"
+grep -q '"undo":{}' "$out/gone_on"/*.commands 2>/dev/null || fail "Ctrl+Z is no undo"
+[ -z "$(ls "$out/state/knead")" ] || fail "a log that is saved was left: $(ls "$out/state/knead")"
+"$knead" view "$clay" --set surface.nodes=24 >"$out/said.txt" 2>"$out/errors.txt"
+[ $? -eq 2 ] && grep -q -- "--set: a session" "$out/errors.txt" || fail "settings of a session"
+head -c 100 "$clay" >"$out/cut.knead"
+"$knead" view "$out/cut.knead" >"$out/said.txt" 2>"$out/errors.txt"
+[ $? -eq 3 ] || fail "a session that is cut: $(cat "$out/errors.txt")"
 
 : >"$out/still"
 # Splats: a floor that stands still becomes clay at the recorded rod, a pot is squeezed and split.

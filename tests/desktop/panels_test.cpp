@@ -1,13 +1,21 @@
 // Between panels and session: materials as sliders and back, scenes by name, what is asked for.
 #include <gtest/gtest.h>
+#include <stdlib.h>
 
 #include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <functional>
+#include <thread>
 
+#include "host/base/errors.h"
 #include "host/desktop/view_panels.h"
 #include "host/desktop/view_still.h"
 #include "host/session/backend.h"
 #include "host/ui/panel_commands.h"
 #include "host/ui/scene_list.h"
+#include "host/ui/session_line.h"
+#include "tests/folder.h"
 
 namespace knead {
 namespace {
@@ -279,6 +287,195 @@ TEST_F(RefusalTest, SettingsGoWithASceneThatIsChosenAsFarAsItTakesThem)
     choosing.follow(*state);
     EXPECT_EQ(choosing.model.notice, state->refusal);
     EXPECT_EQ(choosing.model.scene, int(at - choosing.model.scenes.begin()));
+}
+
+// A stepped session of little clay, with its log in a folder of its own.
+class SessionPanelTest : public testing::Test {
+  protected:
+    SessionPanelTest() { ::setenv("XDG_STATE_HOME", folder.path().c_str(), 1); }
+    ~SessionPanelTest() override { ::unsetenv("XDG_STATE_HOME"); }
+    static LiveOptions options(const std::string& session = "")
+    {
+        LiveOptions by;
+        by.make_solver = [](const auto& setup) { return cpu_solver(setup); };
+        by.stepped = true, by.recorded = false, by.protects = true, by.session = session;
+        return by;
+    }
+    static std::unique_ptr<LiveSession> begun(const std::string& session = "")
+    {
+        const auto scene = load_live_scene("scenes/squeeze.json", small());
+        auto live =
+            std::make_unique<LiveSession>(session.empty() ? scene : nullptr, options(session));
+        live->wait_until_open();
+        return live;
+    }
+    static std::vector<std::string> small() { return {"domain.cells=16", "surface.nodes=16"}; }
+    // Requests what `set` sets, and shows what became of it.
+    void request(LiveSession& live, const std::function<void(PanelRequests&)>& set)
+    {
+        panels.follow(*live.state());
+        PanelRequests requests;
+        set(requests);
+        panels.apply(requests, live);
+        live.wait_for_commands();
+        panels.follow(*live.state());
+    }
+    static double gravity(LiveSession& live)
+    {
+        double found = 0;
+        live.inspect_solver([&](const Simulator& s) { found = s.editable()->config().gravity.y; });
+        return found;
+    }
+    // Waits for the log's thread.
+    static bool saved(LiveSession& live)
+    {
+        for (int i = 0; i < 1000 && live.state()->unsaved; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        return !live.state()->unsaved;
+    }
+
+    Folder folder;
+    ViewPanels panels{"scenes/squeeze.json"};
+};
+
+TEST_F(SessionPanelTest, ButtonsHaveLabelsAndReasonsOfTheTable)
+{
+    const auto live = begun();
+    request(*live, [](PanelRequests&) {});
+    EXPECT_EQ(panels.model.undo.label, "Undo");
+    EXPECT_EQ(panels.model.undo.why_not, "there is nothing to undo");
+    EXPECT_EQ(panels.model.redo.why_not, "there is nothing to redo");
+    EXPECT_EQ(panels.model.save.label, "Save");
+    EXPECT_EQ(panels.model.save.why_not, "");
+    EXPECT_EQ(panels.model.session, "");
+    ASSERT_EQ(panels.model.steps.size(), 1u);
+    EXPECT_EQ(panels.model.steps[0].label, "Beginning");
+
+    request(*live, [](PanelRequests& r) { r.gravity = 3; });
+    EXPECT_EQ(gravity(*live), -3);
+    EXPECT_EQ(panels.model.undo.why_not, "");
+    request(*live, [](PanelRequests& r) { r.undo = true; });
+    EXPECT_EQ(gravity(*live), -9.81);
+    EXPECT_DOUBLE_EQ(panels.model.gravity, 9.81);
+    EXPECT_EQ(panels.model.undo.why_not, "there is nothing to undo");
+    EXPECT_EQ(panels.model.redo.why_not, "");
+    EXPECT_EQ(panels.model.session, "unsaved");
+    request(*live, [](PanelRequests& r) { r.redo = true; });
+    EXPECT_EQ(gravity(*live), -3);
+    ASSERT_EQ(panels.model.steps.size(), 2u);
+    EXPECT_EQ(panels.model.steps[1].label, "Gravity");
+    EXPECT_TRUE(panels.model.steps[1].current);
+    request(*live, [](PanelRequests& r) { r.go_to = 0; });
+    EXPECT_EQ(gravity(*live), -9.81);
+    EXPECT_TRUE(panels.model.steps[0].current);
+}
+
+TEST_F(SessionPanelTest, SavesUnderTheNameOfTheLastTimeOrOneThatIsFree)
+{
+    const auto live = begun();
+    request(*live, [](PanelRequests& r) { r.gravity = 3; });
+    const std::filesystem::path before = std::filesystem::current_path();
+    const LiveState unsaved = *live->state();
+    std::filesystem::current_path(folder.path());
+    EXPECT_EQ(save_command(unsaved).file, "squeeze.knead");
+    std::ofstream("squeeze.knead") << "of another";
+    EXPECT_EQ(save_command(unsaved).file, "squeeze-2.knead");
+    request(*live, [](PanelRequests& r) { r.save = true; });
+    EXPECT_TRUE(saved(*live));
+    std::filesystem::current_path(before);
+    panels.follow(*live->state());
+    const std::string file = folder / "squeeze-2.knead";
+    EXPECT_EQ(panels.model.session, "saved as " + file);
+    EXPECT_EQ(save_command(*live->state()).file, file);
+    EXPECT_TRUE(is_session(file));
+
+    const auto again = begun(file);
+    EXPECT_EQ(gravity(*again), -3);
+    request(*again, [](PanelRequests& r) { r.undo = true; });
+    EXPECT_EQ(gravity(*again), -9.81);
+    EXPECT_EQ(again->state()->refusal, "");
+}
+
+TEST_F(SessionPanelTest, ASaveThatFailsLeavesTheSessionUnsaved)
+{
+    const auto live = begun();
+    request(*live, [](PanelRequests& r) { r.gravity = 3; });
+    live->send(Save{folder / "missing/clay.knead", {}});
+    for (int i = 0; i < 1000 && live->state()->refused == 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_NE(live->state()->refusal.find("clay.knead"), std::string::npos);
+    EXPECT_TRUE(live->state()->unsaved);
+    EXPECT_EQ(live->state()->saved_as, "");
+}
+
+TEST_F(SessionPanelTest, ALogIsRecoveredOrDiscarded)
+{
+    begun()->wait_for_commands();
+    EXPECT_TRUE(recoverable_sessions().empty()) << "nothing was done in it";
+    ClayDigest beginning, clay;
+    {
+        const auto live = begun();
+        beginning = live->digest();
+        request(*live, [](PanelRequests& r) { r.gravity = 3; });
+        live->advance_to(0.2);
+        live->send(Undo{}), live->send(Redo{});
+        clay = live->digest();
+        Image picture{64, 48, std::vector<std::uint8_t>(3 * 64 * 48, 100)};
+        live->set_picture(png_bytes(picture));
+        live->wait_for_commands();
+    }
+    const std::vector<Recoverable> found = recoverable_sessions();
+    ASSERT_EQ(found.size(), 1u);
+    panels.list_recoverable(found);
+    ASSERT_EQ(panels.model.recoverable.size(), 1u);
+    const RecoverRow row = panels.model.recoverable[0];
+    EXPECT_EQ(row.name, "squeeze");
+    EXPECT_NE(row.text.find("1 step"), std::string::npos) << row.text;
+    ASSERT_TRUE(row.picture);
+    EXPECT_EQ(row.picture->width, 64);
+
+    const auto live = begun();
+    panels.recover(row.file, *live);
+    live->wait_for_commands();
+    panels.follow(*live->state());
+    EXPECT_EQ(live->state()->refusal, "");
+    EXPECT_EQ(live->state()->log.file, row.file) << "it goes on being protected";
+    EXPECT_TRUE(panels.model.recoverable.empty()) << "it is open";
+    EXPECT_EQ(gravity(*live), -3);
+    EXPECT_TRUE(live->state()->unsaved);
+    EXPECT_EQ(live->digest().hash, clay.hash) << "that of the step";
+    EXPECT_NE(live->digest().hash, beginning.hash);
+
+    // In use: neither opened a second time nor deleted.
+    EXPECT_THROW(LiveSession(nullptr, options(row.file)).wait_until_open(), OutputError);
+    EXPECT_THROW(load_session_scene(row.file), OutputError);
+    panels.list_recoverable(found);
+    panels.discard_log(row.file);
+    EXPECT_EQ(panels.model.recoverable.size(), 1u);
+    EXPECT_NE(panels.model.notice, "");
+}
+
+TEST_F(SessionPanelTest, ADiscardedLogIsDeleted)
+{
+    {
+        const auto live = begun();
+        request(*live, [](PanelRequests& r) { r.gravity = 3; });
+    }
+    const std::vector<Recoverable> found = recoverable_sessions();
+    ASSERT_EQ(found.size(), 1u);
+    panels.list_recoverable(found);
+    panels.discard_log(found[0].file);
+    EXPECT_TRUE(panels.model.recoverable.empty());
+    EXPECT_EQ(panels.model.notice, "");
+    EXPECT_FALSE(std::filesystem::exists(found[0].file));
+    EXPECT_TRUE(recoverable_sessions().empty());
+}
+
+TEST_F(SessionPanelTest, ADamagedSessionIsRefusedByItsKind)
+{
+    std::ofstream(folder / "bad.knead") << "no session, but long enough to be read";
+    EXPECT_FALSE(is_session(folder / "bad.knead"));
+    EXPECT_THROW(LiveSession(nullptr, options(folder / "bad.knead")).wait_until_open(), InputError);
 }
 
 TEST(StillPicture, IsDrawnWholeOnceWhenNothingMoves)

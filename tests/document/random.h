@@ -25,6 +25,10 @@ class Random {
     explicit Random(std::uint64_t seed) : engine(seed) {}
 
     int below(int n) { return int(engine() % std::uint64_t(n)); }
+    int whole(int low, int high)  // inclusive
+    {
+        return int(low + std::int64_t(engine() % (std::uint64_t(std::int64_t(high) - low) + 1)));
+    }
     bool one_in(int n) { return below(n) == 0; }
     double in(double low, double high)
     {
@@ -215,10 +219,13 @@ struct RandomFields {
     void operator()(const F& f, int& n) const
     {
         const int low = int(f.range.low), high = int(f.range.high);
-        n = r.one_in(4) ? low : r.one_in(4) ? high : low + r.below(high - low + 1);
+        n = r.one_in(4) ? low : r.one_in(4) ? high : r.whole(low, high);
         if (low == 0 && high == 255 && r.one_in(2)) n = r.below(4);
         if (wild())
-            n = r.one_in(2) ? low - 1 : r.one_in(2) ? high + 1 : std::numeric_limits<int>::min();
+            n = r.one_in(2) ? low - 1
+                : r.one_in(2) && high < std::numeric_limits<int>::max()
+                    ? high + 1
+                    : std::numeric_limits<int>::min();
     }
     template <class F>
     void operator()(const F&, bool& flag) const

@@ -1,4 +1,5 @@
-// Scenes, and what comes of them: recorded hands, logs of commands, runs, reports, checkpoints.
+// Scenes, and what comes of them: recorded hands, logs of commands, runs, reports, checkpoints, and
+// the container of sessions.
 #include <xxhash.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include "host/base/json_reader.h"
 #include "host/cli/compare.h"
 #include "host/document/actions_file.h"
+#include "host/files/chunk_file.h"
 #include "host/hands/gesture.h"
 #include "host/hands/recording.h"
 #include "host/run/checkpoint.h"
@@ -18,9 +20,14 @@
 #include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
 #include "host/session/backend.h"
+#include "host/session/capture.h"
+#include "host/session/session_file.h"
 #include "tests/document/random.h"
+#include "tests/files/chunk_bytes.h"
 #include "tests/folder.h"
 #include "tests/fuzz/formats.h"
+#include "tests/run/checkpoint_6.h"
+#include "tests/session/clay_rows.h"
 
 namespace knead {
 namespace {
@@ -163,22 +170,102 @@ std::string summed(std::string bytes)
     return bytes;
 }
 
-std::vector<std::string> checkpoint_seeds()
+// Of a salt that is the same on every run.
+std::string chunk_seed(const std::vector<std::vector<Chunk>>& groups)
+{
+    const Folder folder;
+    const std::string file = folder / "seed.knead";
+    {
+        ChunkWriter writer(file);
+        for (const auto& group : groups) {
+            for (const Chunk& chunk : group) writer.add(chunk);
+            writer.commit();
+        }
+    }
+    std::string bytes = read_text(file, 1 << 20);
+    put_number(bytes, 24, 59);
+    return rehashed(bytes);
+}
+
+Checkpoint small_checkpoint()
 {
     SmallRun run = run_of(small_scenes[0]);
-    run.record.frames_wanted = 5;
-    const Json command = {{"scene", "a.json"}, {"frames", 5}, {"cpu_seconds", 0.5}};
-    run.state.contents.particles.resize(40), run.state.order.resize(40);
-    const Folder folder;
-    write_checkpoint(folder / "seed", {command, run.record, run.state, {}, {}});
-    return {read_text(folder / "seed", 1 << 20)};
+    Checkpoint c;
+    c.meta = {"a-b-c", "0.1.0", "2026-01-01T00:00:00Z", "cpu", true, true};
+    c.scene = {"a.json", small_scenes[0], {"seed=3"}};
+    c.command = {{"scene", "a.json"}, {"frames", 5}, {"cpu_seconds", 0.5}};
+    c.record = run.record, c.record.frames_wanted = 5;
+    c.stored.state = run.state;
+    c.stored.state.contents.particles.resize(40), c.stored.state.order.resize(40);
+    c.stored.document = std::make_shared<const Document>(document_of(run.scene));
+    c.stored.numbers.number[c.stored.document->objects[0]->id] = 0;
+    c.stored.numbers.materials = run.scene.setup.materials;
+    c.stored.ids_used = 1, c.stored.frames = long(c.record.rows.size()), c.stored.time = 0.5;
+    return c;
 }
+
+// As written, and with payloads that a change of a byte does not spoil as a whole.
+std::vector<std::string> checkpoint_seeds()
+{
+    const Folder folder;
+    write_checkpoint(folder / "seed.knead", small_checkpoint());
+    const ChunkFile file(folder / "seed.knead");
+    std::vector<Chunk> as_written, plain;
+    for (const ChunkHead& head : file.chunks()) {
+        as_written.push_back(file.stored(head));
+        const std::string payload = file.payload(head);
+        plain.push_back({head.kind, head.flags & chunk_ancillary, head.id, head.parent,
+                         payload.size(), payload});
+    }
+    return {chunk_seed({plain}), chunk_seed({as_written})};
+}
+
+// With right checksums, also of the states that are not compressed.
+std::string summed_checkpoint(std::string bytes)
+{
+    for (const std::size_t at : chunk_places(bytes)) {
+        const std::size_t payload = at + chunk_header_size, stored = number_in(bytes, at + 11, 5);
+        if (number_in(bytes, at, 4) != state_kind.code || number_in(bytes, at + 4, 2) != 0 ||
+            stored > bytes.size() - payload)
+            continue;
+        bytes.replace(payload, stored, summed(bytes.substr(payload, stored)));
+    }
+    return rehashed(bytes);
+}
+
 void read_a_checkpoint(const std::string& bytes)
 {
+    const Folder folder;
+    const std::string file = folder / "checkpoint.knead";
+    const auto read = [&](const std::string& as) {
+        put_bytes(file, as);
+        const Checkpoint c = read_checkpoint(file);
+        must_pass("its own bytes", [&] {
+            write_checkpoint(file, c);
+            if (to_bytes(read_checkpoint(file).stored) != to_bytes(c.stored))
+                throw std::logic_error("a checkpoint that reads as another");
+        });
+    };
     try {
-        parse_checkpoint(bytes, "checkpoint.knead");
+        read(bytes);
     } catch (const InputError&) {
-        parse_checkpoint(summed(bytes), "checkpoint.knead");
+        read(summed_checkpoint(bytes));
+    }
+}
+
+std::vector<std::string> older_checkpoint_seeds() { return {checkpoint_6(small_checkpoint())}; }
+void read_an_older_checkpoint(const std::string& bytes)
+{
+    const Folder folder;
+    const std::string file = folder / "checkpoint.knead";
+    const auto read = [&](const std::string& as) {
+        put_bytes(file, as);
+        read_checkpoint(file);
+    };
+    try {
+        read(bytes);
+    } catch (const InputError&) {
+        read(summed(bytes));
     }
 }
 
@@ -285,6 +372,169 @@ void read_older_actions(const std::string& text)
             document = applied(document, *command, ids);
 }
 
+ClayRows fuzzed_rows()
+{
+    std::mt19937 random(1);
+    return random_rows(random, 40, 3);
+}
+std::vector<std::string> capture_seeds()
+{
+    std::mt19937 random(2);
+    const ClayRows a = fuzzed_rows();
+    const Quantisation steps = coarse_steps();
+    ClayRows plain;
+    plain.count = 3000;
+    plain.planes.assign(clay_planes * plain.count, 0.5f);
+    plain.object.assign(plain.count, 1), plain.sides.assign(plain.count, 0);
+    return {encoded(a),
+            encoded({}),
+            encoded(plain),
+            difference(a, changed(random, a, 20)),
+            difference(changed(random, a, 3), a),
+            encoded(plain, &steps),
+            difference(a, quantised(a, steps), &steps)};
+}
+// Whole rows, or a difference from fuzzed_rows(). Bytes of another hash than that of the rows that
+// they lead to have been read to their end.
+void read_a_capture(const std::string& input)
+{
+    std::string bytes = input;
+    const auto complete = [](const auto& action) {
+        try {
+            action();
+        } catch (const InputError& e) {
+            if (!std::string_view(e.what()).ends_with("that it leads to") &&
+                !std::string_view(e.what()).ends_with("that of its rows"))
+                throw;
+        }
+    };
+    const ClayRows a = fuzzed_rows();
+    if (bytes.starts_with("clay")) {
+        complete([&] {
+            const ClayRows rows = decoded(bytes);
+            must_pass("its own bytes", [&] { decoded(encoded(rows)); });
+        });
+        return;
+    }
+    // Made a difference from these rows.
+    const std::uint64_t from = hash(a);
+    if (bytes.size() >= 32) std::memcpy(bytes.data() + 24, &from, sizeof from);
+    ClayRows rows = a;
+    try {
+        complete([&] {
+            apply_difference(rows, bytes);
+            const ClayRows other = rows;
+            must_pass("back", [&] { apply_difference(rows, bytes); });
+            must_pass("its own bytes", [&] { decoded(encoded(other)); });
+        });
+    } catch (const InputError&) {
+        if (!same_rows(rows, a)) throw std::logic_error("refused, but the rows have changed");
+        throw;
+    }
+    if (!same_rows(rows, a)) throw std::logic_error("back to other rows");
+}
+std::vector<std::string> chunk_seeds()
+{
+    const Chunk zeros = chunk_of("DATA", std::string(300000, '\0'), 1);
+    const Chunk text = chunk_of("TEXT", R"({"some": "text"})", 2, 1, chunk_ancillary);
+    Chunk newer = text;
+    newer.flags |= 0x100, newer.id = 3;
+    return {chunk_seed({}), chunk_seed({{zeros}, {text, zeros, text}}),
+            chunk_seed({{chunk_of("NONE", "")}, {newer}})};
+}
+
+void read_all_chunks(const std::string& bytes)
+{
+    const Folder folder;
+    const std::string file = folder / "fuzzed.knead";
+    put_bytes(file, bytes);
+    const ChunkFile read(file);
+    read.verify();
+    std::vector<Chunk> again;
+    for (const ChunkHead& head : read.chunks()) {
+        if (head.readable() && head.raw < memory) read.payload(head);
+        again.push_back(read.stored(head));
+    }
+    if (again.empty()) return;
+    must_pass("a copy and its chunks once more", [&] {
+        const std::string copy = folder / "copy.knead";
+        copy_chunks(file, read.end(), again, copy);
+        if (ChunkFile(copy).chunks().size() != 2 * again.size())
+            throw std::logic_error("a copy of other chunks");
+    });
+}
+void read_chunks(const std::string& bytes)
+{
+    try {
+        read_all_chunks(bytes);
+    } catch (const InputError&) {
+    }
+    read_all_chunks(rehashed(bytes));
+}
+
+// A session of the first version: all of it, what a replay needs, the steps, and the least of one.
+// Payloads are not compressed, so that changes are those of what they hold.
+std::vector<std::string> session_seeds()
+{
+    const ChunkFile read("tests/golden/session_v1.knead");
+    const auto seed = [&](std::string_view kinds) {
+        std::vector<std::vector<Chunk>> groups(1);
+        for (const ChunkHead& head : read.chunks()) {
+            if (kinds.find(head.kind.text()) == std::string_view::npos) continue;
+            std::string payload = read.payload(head);
+            const std::uint64_t size = payload.size();
+            if (groups.back().size() == 3) groups.emplace_back();
+            groups.back().push_back(
+                {head.kind, head.flags & ~chunk_compressed, head.id, head.parent, size, payload});
+        }
+        return chunk_seed(groups);
+    };
+    return {seed("META SCEN EVNT INPT STEP DIFF ROWS SPLT STAT THMB SAVD"), seed("META SCEN EVNT"),
+            seed("META SCEN STEP DIFF ROWS STAT"), seed("META SCEN")};
+}
+
+void read_all_of_a_session(const std::string& bytes)
+{
+    const Folder folder;
+    const std::string file = folder / "fuzzed.knead";
+    put_bytes(file, bytes);
+    const SessionFile session(file);
+    EventWriter again;
+    session.each_event([&](const SessionEvent& event) {
+        again.add(event);
+        return true;
+    });
+    must_pass("its own events", [&] { events_in(again.take(), "again.knead"); });
+    session.hands();
+    session.picture();
+    History all;
+    session.read_history(all, session.current());
+    std::string refused;
+    for (const StepInfo& step : all.list()) {
+        try {
+            all.rows_of(step.id);
+        } catch (const InputError& e) {
+            refused = e.what();
+        }
+    }
+    for (const std::uint64_t id : session.states()) session.state(id);
+    verify_session(session);
+    if (!refused.empty()) throw std::logic_error("valid, but: " + refused);
+    must_pass("a smaller one", [&] {
+        const std::string smaller = folder / "smaller.knead";
+        compact_session(session, smaller);
+        verify_session(SessionFile(smaller));
+    });
+}
+void read_a_session(const std::string& bytes)
+{
+    try {
+        read_all_of_a_session(bytes);
+    } catch (const InputError&) {
+    }
+    read_all_of_a_session(rehashed(bytes));
+}
+
 }  // namespace
 
 std::vector<FuzzFormat> session_formats()
@@ -294,10 +544,14 @@ std::vector<FuzzFormat> session_formats()
             {"run", run_seeds, run_a_scene},
             {"report", report_seeds, read_report},
             {"checkpoint", checkpoint_seeds, read_a_checkpoint},
+            {"checkpoint-6", older_checkpoint_seeds, read_an_older_checkpoint},
             {"hands", hands_seeds, read_hands},
             {"hands-lines", hands_lines_seeds, read_hands},
             {"commands", command_seeds, read_commands},
-            {"actions", action_seeds, read_older_actions}};
+            {"actions", action_seeds, read_older_actions},
+            {"capture", capture_seeds, read_a_capture},
+            {"chunks", chunk_seeds, read_chunks},
+            {"session", session_seeds, read_a_session}};
 }
 
 }  // namespace knead

@@ -204,8 +204,10 @@ TEST(LiveSplats, InRealTimeClayGoesBackWhileSplatsAreSplit)
     const LiveOptions options = live_options(false);
     double clock = 0;
     IdSource ids;
+    History past;
     SimulationRun run(
-        scene, options, ids, 0, [&] { return clock; }, [](const FrameProgress&) { return false; });
+        scene, options, ids, past, {}, 0, [&] { return clock; },
+        [](const FrameProgress&) { return false; });
     run.rehearse();
     std::size_t most = 0;
     int frame = 0;

@@ -49,7 +49,7 @@ void expect_replayed(LiveSession& session)
     // The cuts matter: without one of them the clay is other clay.
     SessionLog other = log;
     for (SessionEvent& event : other.events)
-        if (LoggedFrame* frame = std::get_if<LoggedFrame>(&event); frame && frame->cut_after > 0) {
+        if (FrameEvent* frame = std::get_if<FrameEvent>(&event); frame && frame->cut_after > 0) {
             frame->cut_after = 0;
             EXPECT_FALSE(same_bits(replayed(other, on_cpu), live));
             return;
@@ -60,8 +60,7 @@ int cuts_in(const SessionLog& log)
 {
     int cuts = 0;
     for (const SessionEvent& event : log.events)
-        if (const LoggedFrame* frame = std::get_if<LoggedFrame>(&event))
-            cuts += frame->cut_after > 0;
+        if (const FrameEvent* frame = std::get_if<FrameEvent>(&event)) cuts += frame->cut_after > 0;
     return cuts;
 }
 

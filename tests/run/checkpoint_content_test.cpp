@@ -3,35 +3,25 @@
 
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
+#include "host/base/outputs.h"
 #include "host/run/checkpoint.h"
+#include "tests/document/random.h"
 #include "tests/folder.h"
+#include "tests/run/checkpoint_6.h"
+#include "tests/session/filled_state.h"
 
 namespace knead {
 namespace {
 
 class CheckpointContent : public InFolder {};
-
-// Numbers from 1 on, each of them once.
-struct Next {
-    int last = 0;
-    template <class T>
-    void operator()(T& number)
-    {
-        number = T(++last);
-    }
-    void operator()(bool& flag) { flag = ++last % 2; }
-    void operator()(Vec3<double>& v) { (*this)(v.x), (*this)(v.y), (*this)(v.z); }
-    void operator()(Vec3<float>& v) { (*this)(v.x), (*this)(v.y), (*this)(v.z); }
-    template <class... T>
-    void all(T&... numbers)
-    {
-        ((*this)(numbers), ...);
-    }
-};
 
 void fill(FrameStats& stats, Next& next) { each_stored_number(stats, next); }
 
@@ -53,24 +43,6 @@ void fill(FrameRow& r, Next& next)
     r.stages = {{"p2g", 0.5}, {"grid", 0.25}};
 }
 
-void fill(SplatCloud& cloud, std::size_t count, Next& next)
-{
-    cloud.degree = 1, cloud.antialiased = true;
-    resize(cloud, count);
-    for (std::size_t i = 0; i < count; ++i) {
-        next.all(cloud.centre[i], cloud.rotation[i].w, cloud.rotation[i].x, cloud.rotation[i].y,
-                 cloud.rotation[i].z, cloud.scale[i], cloud.opacity[i]);
-        for (std::size_t k = 0; k < 4; ++k) next(cloud.sh[4 * i + k]);
-    }
-}
-
-template <class P>
-void fill_strained(P& p, Next& next)
-{
-    next.all(p.object, p.sides, p.x);
-    p.object = int(next.last % 3);
-}
-
 Checkpoint filled()
 {
     Next next;
@@ -85,38 +57,158 @@ Checkpoint filled()
     next.all(c.record.first_mesh_volume, c.record.wall, c.record.depths.count, c.record.depths.sum,
              c.record.depths.max, c.record.depths.bins[3], c.record.depths.bins.back());
     c.record.frames_wanted = 12;
-    SavedState& s = c.state;
-    s.contents.particles.resize(3), s.contents.gaussians.resize(2), s.sliding.resize(2);
-    for (Particle<double>& p : s.contents.particles)
-        fill_strained(p, next),
-            next.all(p.v, p.C.a, p.C.b, p.C.c, p.e.xx, p.e.yy, p.e.zz, p.e.xy, p.e.xz, p.e.yz, p.k);
-    for (Gaussian<double>& g : s.contents.gaussians)
-        fill_strained(g, next), next.all(g.F.a, g.F.b, g.F.c);
-    s.order = {2, 0, 1}, s.quiet = {7, 0, 9, 11};
-    for (SlidingNode& n : s.sliding) next.all(n.place, n.force, n.time, n.impulse_deficit);
-    s.quiet_low = {4, 8, 12}, s.quiet_stored = {16, 20, 24}, s.covered = true;
-    next.all(s.speed_squared, s.stiffness, s.drift);
-    fill(c.splats.cloud, 2, next);
-    c.splats.extent.resize(2), next.all(c.splats.extent[0], c.splats.extent[1]);
-    LocalState& l = c.local;
-    fill(l.cloud, 4, next);
-    l.active = {1, 0, 0, 1}, l.normal.resize(4), l.slot_of = {3, -1, 0, 2, 1};
-    for (Vec3<float>& n : l.normal) next(n);
-    l.clay = {{-5, -1}, {7, 2}}, l.objects = 3;
+    fill_state(c.stored, next);
+    c.meta = {"a-b-c", "0.1.0", "2026-01-31T12:00:00Z", "cpu", true, true};
+    c.scene = {"/scenes/a.json", "{}", {"seed=5"}};
+    c.stored.document = empty_room(), c.stored.frames = 2, c.stored.time = 0.0625;
     return c;
+}
+
+// Of all chunks: kinds and payloads. The rest of a file is another in each.
+std::vector<std::pair<std::string, std::string>> contents(const std::string& file)
+{
+    std::vector<std::pair<std::string, std::string>> all;
+    const ChunkFile chunks(file);
+    for (const ChunkHead& head : chunks.chunks())
+        all.emplace_back(head.kind.text(), chunks.payload(head));
+    return all;
 }
 
 // The facts are CBOR as nlohmann::json writes it since 3.8.
 TEST_F(CheckpointContent, AFileOfVersion6HasTheSameBytesAsEver)
 {
-    write_checkpoint(path("filled"), filled());
-    const std::string bytes = read_text(path("filled"), std::size_t(1) << 20);
+    const std::string bytes = checkpoint_6(filled());
     std::uint64_t sum;  // over the bytes before it
     std::memcpy(&sum, bytes.data() + bytes.size() - 8, 8);
     EXPECT_EQ(bytes.size(), 2106u);
     EXPECT_EQ(sum, 7497262924001653405u);
-    write_checkpoint(path("again"), read_checkpoint(path("filled")));
-    EXPECT_EQ(read_text(path("again"), std::size_t(1) << 20), bytes);
+    write_whole(path("filled"), bytes);
+    Checkpoint read = read_checkpoint(path("filled"));
+    EXPECT_EQ(read.meta.session, "");
+    EXPECT_EQ(read.stored.document, nullptr);
+    // What version 6 does not have.
+    read.meta = filled().meta, read.stored.document = empty_room(), read.stored.frames = 2;
+    EXPECT_EQ(checkpoint_6(read), bytes);
+}
+
+// The stored state: tests/session/stored_state_test.cpp.
+TEST_F(CheckpointContent, ARecordOfVersion7HasTheSameBytesAsEver)
+{
+    write_checkpoint(path("filled"), filled());
+    const auto all = contents(path("filled"));
+    ASSERT_EQ(all.size(), 4u);
+    EXPECT_EQ(all[0].first, "META");
+    EXPECT_EQ(all[1].first, "SCEN");
+    EXPECT_EQ(all[2].first, "STAT");
+    EXPECT_EQ(all[3].first, "RUNR");
+    const std::string& record = all[3].second;
+    EXPECT_EQ(record.size(), 798u);
+    EXPECT_EQ(std::uint64_t(XXH64(record.data(), record.size(), 0)), 16136411967208796102u);
+    const Checkpoint read = read_checkpoint(path("filled"));
+    write_checkpoint(path("again"), read);
+    EXPECT_EQ(contents(path("again")), all);
+    EXPECT_EQ(read.meta.session, "a-b-c");
+    EXPECT_EQ(read.scene.settings, filled().scene.settings);
+}
+
+// One that knows no checkpoints takes it for a session with the state as its end.
+TEST_F(CheckpointContent, IsASessionThatEndsWithItsState)
+{
+    write_checkpoint(path("filled"), filled());
+    const SessionFile session(path("filled"));
+    EXPECT_TRUE(session.run_record()->ancillary());
+    EXPECT_TRUE(session.ended());
+    EXPECT_EQ(session.read_only(), "");
+    EXPECT_EQ(session.saved_as(), "");
+    EXPECT_EQ(session.steps(), 0);
+    EXPECT_EQ(session.frames(), 0);
+    ASSERT_EQ(session.states(), std::vector<std::uint64_t>{session.final_state()});
+    EXPECT_EQ(to_bytes(session.state(session.final_state())), to_bytes(filled().stored));
+    EXPECT_EQ(session.clay().particles.size(), 3u);
+    EXPECT_NO_THROW(verify_session(session));
+
+    // Anything after it: no checkpoint any more, but still a session.
+    std::vector<Chunk> more = {chunk_of("THMB", "a picture", 0, 0, chunk_ancillary)};
+    copy_chunks(path("filled"), session.chunks().end(), more, path("longer"));
+    EXPECT_EQ(SessionFile(path("longer")).run_record(), nullptr);
+    EXPECT_FALSE(is_checkpoint(path("longer")));
+    EXPECT_THROW(read_checkpoint(path("longer")), InputError);
+    compact_session(session, path("compact"));
+    EXPECT_EQ(contents(path("compact")), contents(path("filled")));
+    compact_session(SessionFile(path("longer")), path("compact"));
+    EXPECT_FALSE(is_checkpoint(path("compact")));
+    EXPECT_NE(SessionFile(path("compact")).final_state(), 0u);
+    EXPECT_TRUE(is_checkpoint(path("filled")));
+}
+
+TEST_F(CheckpointContent, OneOfVersion6IsNoSession)
+{
+    write_whole(path("older"), checkpoint_6(filled()));
+    EXPECT_TRUE(is_checkpoint(path("older")));
+    const auto reason = [&](const std::function<void()>& action) -> std::string {
+        try {
+            action();
+        } catch (const InputError& e) {
+            return e.what();
+        }
+        return "";
+    };
+    for (const std::string& why : {reason([&] { is_session(path("older")); }),
+                                   reason([&] { SessionFile file(path("older")); })})
+        EXPECT_NE(why.find("is a checkpoint of an older knead, and no session"), std::string::npos)
+            << why;
+}
+
+TEST_F(CheckpointContent, ARecordThatDoesNotFitItsStateIsRefused)
+{
+    const auto why_not = [&](const std::function<void(Checkpoint&)>& spoil) -> std::string {
+        Checkpoint c = filled();
+        spoil(c);
+        write_checkpoint(path("bad"), c);
+        try {
+            read_checkpoint(path("bad"));
+        } catch (const InputError& e) {
+            return e.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(why_not([](Checkpoint&) {}), "");
+    EXPECT_NE(why_not([](Checkpoint& c) { c.stored.frames = 3; }).find("not that after its frames"),
+              std::string::npos);
+    const auto no_run = [](Checkpoint& c) { c.record.rows.clear(), c.stored.frames = 0; };
+    EXPECT_NE(why_not(no_run).find("not those of an unfinished run"), std::string::npos);
+
+    // A state that is not in the file; facts that are none.
+    write_checkpoint(path("good"), filled());
+    const ChunkFile good(path("good"));
+    const Json facts = record_facts(path("good"));
+    const auto with = [&](const Json& record, std::uint64_t state) -> std::string {
+        const std::vector<std::uint8_t> bytes = Json::to_cbor(record);
+        const Chunk chunk = chunk_of(run_record_kind, std::string(bytes.begin(), bytes.end()), 0,
+                                     state, chunk_ancillary);
+        const auto keep = [](const ChunkHead& head) { return head.kind != run_record_kind; };
+        rewrite_chunks(good, keep, {chunk}, path("bad"));
+        try {
+            read_checkpoint(path("bad"));
+        } catch (const InputError& e) {
+            return e.what();
+        }
+        return "";
+    };
+    EXPECT_EQ(with(facts, 1), "");
+    EXPECT_NE(with(facts, 2).find("there is no state 2"), std::string::npos);
+    Json newer = facts;
+    newer["schema"] = "knead.checkpoint/8";
+    EXPECT_NE(
+        with(newer, 1).find("expected knead.checkpoint/7, found the text \"knead.checkpoint/8\""),
+        std::string::npos)
+        << with(newer, 1);
+    for (const auto& [key, value] : facts.items()) {
+        Json less = facts;
+        less.erase(key);
+        EXPECT_NE(with(less, 1), "") << key;
+    }
+    EXPECT_NE(with(Json::array(), 1), "");
 }
 
 TEST_F(CheckpointContent, EachStoredStatisticOfAFrameIsReadAsWritten)
@@ -141,13 +233,13 @@ TEST_F(CheckpointContent, CountsThatDoNotFillTheBodyAreRefused)
         EXPECT_THROW(read_checkpoint(path("bad")), InputError);
     };
     Checkpoint c = filled();
-    c.state.contents.particles.pop_back(), refused(c);
-    c = filled(), c.state.order.pop_back(), refused(c);
-    c = filled(), c.splats.extent.pop_back(), refused(c);
-    c = filled(), c.local.active.push_back(0), refused(c);
-    c = filled(), c.local.normal.pop_back(), refused(c);
-    c = filled(), c.splats.cloud.degree = 2, refused(c);
-    c = filled(), c.splats.cloud.degree = -1, refused(c);
+    c.stored.state.contents.particles.pop_back(), refused(c);
+    c = filled(), c.stored.state.order.pop_back(), refused(c);
+    c = filled(), c.stored.splats.extent.pop_back(), refused(c);
+    c = filled(), c.stored.local.active.push_back(0), refused(c);
+    c = filled(), c.stored.local.normal.pop_back(), refused(c);
+    c = filled(), c.stored.splats.cloud.degree = 2, refused(c);
+    c = filled(), c.stored.splats.cloud.degree = -1, refused(c);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "host/base/errors.h"
 #include "host/document/actions_file.h"
+#include "host/document/document_text.h"
 #include "host/live/live_session.h"
 #include "host/live/session_record.h"
 #include "host/run/run.h"
@@ -330,9 +331,10 @@ Played played(const LiveScene& scene, const Recording& recording, int frames,
                 std::make_shared<const Document>(document_of(scene.scene)), ids);
         loop.edit([&, number](EditableSimulator&) {
             editor->after_frame(loop.last());
-            replay.after_frame(number, *editor, [&](const LogEntry&, const Refusal& why) {
-                end.refused.push_back(why.text());
-            });
+            replay.after_frame(
+                number, *editor,
+                {[&](const Command& command) { return apply_in_run(*editor, command); },
+                 [&](const LogEntry&, const Refusal& why) { end.refused.push_back(why.text()); }});
         });
     };
     run_frames(scene.scene, *solver, &source, options, watch);

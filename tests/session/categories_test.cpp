@@ -44,13 +44,14 @@ void set_categories(EditableSimulator& solver, Categories to)
 }
 
 // New ones, one for both, none, exchanged, and the first again.
-constexpr Categories steps[] = {{1, 2}, {1, 7}, {7, 7}, {2, 2}, {2, 1}, {0, 255}, {1, 2}};
+constexpr Categories category_steps[] = {{1, 2}, {1, 7}, {7, 7}, {2, 2}, {2, 1}, {0, 255}, {1, 2}};
 
 TEST_P(Categorised, ClayKeepsItsBits)
 {
-    const auto edited = make(two_halves(steps[0])), other = make(two_halves(steps[0]));
+    const auto edited = make(two_halves(category_steps[0])),
+               other = make(two_halves(category_steps[0]));
     int number = 0;
-    for (const Categories categories : steps) {
+    for (const Categories categories : category_steps) {
         const long version = edited->version();
         set_categories(*edited, categories);
         if (number > 0) {
@@ -68,7 +69,7 @@ TEST_P(Categorised, ClayKeepsItsBits)
 
 TEST_P(Categorised, OfAnUnknownObjectIsRefused)
 {
-    const auto solver = make(two_halves(steps[0]));
+    const auto solver = make(two_halves(category_steps[0]));
     Material<double> m = solver->config().materials[1];
     m.category = 9;
     for (const int object : {-1, 2, 1000})
@@ -79,7 +80,7 @@ TEST_P(Categorised, OfAnUnknownObjectIsRefused)
 
 TEST_P(Categorised, ComesBackWithSnapshotsAndStates)
 {
-    const auto solver = make(two_halves(steps[0]));
+    const auto solver = make(two_halves(category_steps[0]));
     const auto before = solver->snapshot();
     set_categories(*solver, {5, 6});
     const SavedState saved = solver->save();
@@ -93,7 +94,7 @@ TEST_P(Categorised, ComesBackWithSnapshotsAndStates)
 
 TEST_P(Categorised, SleepingClaySleepsOn)
 {
-    Given s = two_halves(steps[0]);
+    Given s = two_halves(category_steps[0]);
     s.gravity = {};
     s.rest = {RestMode::sleep, 1e-2, 3, 1.0, 0.1};
     s.rig = {}, s.tools = {};
@@ -159,12 +160,12 @@ INSTANTIATE_TEST_SUITE_P(Session, CategorisedSurfaces,
 
 TEST_P(CategorisedSurfaces, AreThoseOfASimulatorMadeWithTheCategories)
 {
-    const Given first = two_halves(steps[0]);
+    const Given first = two_halves(category_steps[0]);
     const auto solver = make(first);
     SessionLoop loop(*solver, motion_of, options_of(first));
     if (queued_surfaces()) loop.launch_surfaces(true);
     int frames = 0;
-    for (const Categories categories : steps) {
+    for (const Categories categories : category_steps) {
         ASSERT_TRUE(loop.step());
         ++frames;
         loop.meshes(), loop.device_mesh();
@@ -192,7 +193,7 @@ TEST_P(CategorisedSurfaces, AreThoseOfASimulatorMadeWithTheCategories)
 // Edits that nobody reports: what is added is seen, what is removed is gone.
 TEST_P(CategorisedSurfaces, FollowClayThatIsAddedAndRemoved)
 {
-    const Given first = two_halves(steps[0]);
+    const Given first = two_halves(category_steps[0]);
     const auto solver = make(first);
     SessionLoop loop(*solver, motion_of, options_of(first));
     if (queued_surfaces()) loop.launch_surfaces(true);

@@ -28,6 +28,10 @@ class Unedited : public EditableSimulator {
     std::shared_ptr<const Snapshot> snapshot() const override { refuse(); }
     void restore(const Snapshot&) override { refuse(); }
     SnapshotData held(const Snapshot&) const override { refuse(); }
+    void replace(const SimulationConfig&, const ClayRows&) override { refuse(); }
+    void replace(const SimulationConfig&, const InitialState&) override { refuse(); }
+    ClayRows rows(const Snapshot&) const override { refuse(); }
+    SavedState saved(const Snapshot&) const override { refuse(); }
     SavedState save() const override { refuse(); }
     void load(const SavedState&) override { refuse(); }
 

@@ -61,6 +61,16 @@ class FailingEdits : public EditableSimulator {
     std::shared_ptr<const Snapshot> snapshot() const override { return inner->snapshot(); }
     void restore(const Snapshot& snapshot) override { inner->restore(snapshot); }
     SnapshotData held(const Snapshot& snapshot) const override { return inner->held(snapshot); }
+    void replace(const SimulationConfig& to, const ClayRows& clay) override
+    {
+        count(), inner->replace(to, clay);
+    }
+    void replace(const SimulationConfig& to, const InitialState& contents) override
+    {
+        count(), inner->replace(to, contents);
+    }
+    ClayRows rows(const Snapshot& snapshot) const override { return inner->rows(snapshot); }
+    SavedState saved(const Snapshot& snapshot) const override { return inner->saved(snapshot); }
     SavedState save() const override { return inner->save(); }
     void load(const SavedState& state) override { inner->load(state); }
     FrameStats advance(const Motion& motion, double duration) override

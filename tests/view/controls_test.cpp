@@ -183,6 +183,26 @@ TEST(Input, AKeyWithControlIsNotTheKeyAlone)
     EXPECT_TRUE(input.pressed_alone('R')) << "a capital";
 }
 
+// Both are released before the frame looks.
+TEST(Input, AKeyWithControlIsKnownByWhatWasHeldAtThePress)
+{
+    InputState input;
+    const auto type = [&](const std::string& script) {
+        input.begin_frame();
+        for (const InputEvent& e : InputScript::parse(script, "s").due(0)) input.take(e);
+    };
+    type("0 key control down\n0 key z tap\n0 key control up\n");
+    EXPECT_TRUE(input.pressed_control('Z'));
+    EXPECT_FALSE(input.pressed_control('Z', true) || input.pressed_control('Y'));
+    type("0 key control down\n0 key shift down\n0 key z tap\n0 key shift up\n0 key control up\n");
+    EXPECT_TRUE(input.pressed_control('Z', true));
+    EXPECT_FALSE(input.pressed_control('Z'));
+    type("0 key z tap\n");
+    EXPECT_FALSE(input.pressed_control('Z') || input.pressed_control('Z', true));
+    type("0 key control down\n0 key alt down\n0 key z tap\n");
+    EXPECT_FALSE(input.pressed_control('Z')) << "another combination";
+}
+
 TEST(ContextLosses, AddUpOnlyWhereTheyFollowEachOther)
 {
     ContextLosses rare;

@@ -5,6 +5,7 @@
 
 #include "host/scene/presets.h"
 #include "host/session/backend.h"
+#include "host/ui/session_line.h"
 #include "host/vr/headset_notices.h"
 
 namespace knead {
@@ -183,6 +184,45 @@ TEST_F(PanelDeskTest, begins_anew_by_reset_cells_and_scene)
     EXPECT_EQ(live.state()->failure, "");
     act(PanelAct::scene, -1);
     EXPECT_EQ(desk.view(*live.state(), hands).scene, "squeeze");
+}
+
+TEST_F(PanelDeskTest, takes_back_a_command_and_shows_what_is_not_available)
+{
+    const PanelView before = desk.view(*live.state(), hands);
+    EXPECT_EQ(before.no_undo, "there is nothing to undo");
+    EXPECT_EQ(before.no_redo, "there is nothing to redo");
+    EXPECT_NE(before.no_save, "") << "this session has no log";
+    act(PanelAct::gravity);
+    EXPECT_EQ(desk.view(*live.state(), hands).no_undo, "");
+    act(PanelAct::undo);
+    EXPECT_LT(config().gravity.y, 0);
+    EXPECT_TRUE(desk.view(*live.state(), hands).gravity);
+    EXPECT_EQ(desk.view(*live.state(), hands).no_redo, "");
+    act(PanelAct::redo);
+    EXPECT_EQ(length(config().gravity), 0);
+    desk.apply({PanelAct::redo}, *live.state(), live, hands);
+    live.wait_for_commands();
+    HeadsetNotices notices([](const std::string&) {});
+    notices.follow(*live.state(), 1);
+    EXPECT_EQ(notices.at(1), "Redo: there is nothing to redo");
+}
+
+TEST(HeadsetNotices, tell_of_sessions_to_recover_and_of_a_save)
+{
+    std::vector<std::string> messages;
+    HeadsetNotices notices([&](const std::string& text) { messages.push_back(text); });
+    notices.tell(recovery_line(0), 0);
+    EXPECT_TRUE(messages.empty());
+    notices.tell(recovery_line(2), 0);
+    EXPECT_EQ(notices.at(1), "2 sessions to recover: knead view, knead session list");
+    LiveState state{};
+    state.unsaved = true;
+    notices.follow(state, 6);
+    EXPECT_EQ(notices.at(6), "");
+    state.unsaved = false, state.saved_as = "/clay.knead";
+    notices.follow(state, 7);
+    EXPECT_EQ(notices.at(7), "saved as /clay.knead");
+    EXPECT_EQ(messages.size(), 2u);
 }
 
 // What another lattice would lose is kept; a reset makes way for it.

@@ -253,6 +253,17 @@ TEST(Panel, shows_what_it_is_told)
     EXPECT_EQ(all.size(), 7u);
 }
 
+TEST(Panel, greys_out_what_is_not_available)
+{
+    const HeadsetPanel panel;
+    std::set<std::string> all{drawn_by(panel, {})};
+    PanelView view;
+    view.no_undo = "there is nothing to undo", all.insert(drawn_by(panel, view));
+    view.no_redo = "there is nothing to redo", all.insert(drawn_by(panel, view));
+    view.no_save = "this session keeps no log", all.insert(drawn_by(panel, view));
+    EXPECT_EQ(all.size(), 4u);
+}
+
 TEST(PanelText, writes_capitals_and_boxes_for_what_it_does_not_know)
 {
     const auto ink = [](const std::string& words) {

@@ -73,6 +73,9 @@ TEST(Panels, OfWindowAndHeadsetGiveEqualCommands)
         {"yield of it", slide("yield", 0.75f), {PanelAct::yield, 0, 0.75f, 4}},
         {"no gravity", [](PanelRequests& r) { r.gravity = 0; }, {PanelAct::gravity}},
         {"gravity", [](PanelRequests& r) { r.gravity = 9.81; }, {PanelAct::gravity}},
+        {"undo", [](PanelRequests& r) { r.undo = true; }, {PanelAct::undo}},
+        {"undo again", [](PanelRequests& r) { r.undo = true; }, {PanelAct::undo}},
+        {"redo", [](PanelRequests& r) { r.redo = true; }, {PanelAct::redo}},
     };
     for (const auto& control : controls) {
         const auto before = headset.live.state();

@@ -86,9 +86,12 @@ class KneadVr : public InFolder {
     {
         script["log"] = path("log");
         std::ofstream(path("script.json")) << script.dump();
-        std::vector<std::string> words{"env", "XR_RUNTIME_JSON=" KNEAD_XR_RUNTIME,
+        std::vector<std::string> words{"env",
+                                       "XR_RUNTIME_JSON=" KNEAD_XR_RUNTIME,
+                                       "XDG_STATE_HOME=" + path("state"),
                                        "KNEAD_REPLAY_SCRIPT=" + path("script.json"),
-                                       KNEAD_XR_PROGRAM, "vr"};
+                                       KNEAD_XR_PROGRAM,
+                                       "vr"};
         words.insert(words.end(), scene.begin(), scene.end());
         for (const char* word : {"--binding", "egl", "--place", place.c_str(), "--json", "--quiet"})
             words.push_back(word);
@@ -112,6 +115,7 @@ class KneadVr : public InFolder {
                                        path("said"),
                                        "env",
                                        "XR_RUNTIME_JSON=" KNEAD_XR_RUNTIME,
+                                       "XDG_STATE_HOME=" + path("state"),
                                        "KNEAD_REPLAY_SCRIPT=" + path("script.json"),
                                        KNEAD_XR_PROGRAM,
                                        "vr"};

@@ -1,25 +1,67 @@
-// The body of a checkpoint: one list of its arrays and, for each type of element, one list of its
-// numbers. Writing, reading and measuring all follow these lists.
+// The state of a running scene in files, as in checkpoints and in stored states: one list of its
+// facts, one of its arrays and, for each type of element, one of its numbers. Writing, reading and
+// measuring all follow these lists. `S` has the members `state`, `splats` and `local`.
 #pragma once
+#include <fmt/format.h>
+
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstdint>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
 
-#include "host/run/checkpoint.h"
+#include "host/base/json_reader.h"
+#include "host/paging/local_state.h"
+#include "host/solver/editable_simulator.h"
+#include "host/splats/carried.h"
 
 namespace knead {
 
+static_assert(std::endian::native == std::endian::little, "files are written as memory is");
+
+// For the facts.
+inline void to_json(Json& to, const Int3& n) { to = {n.x, n.y, n.z}; }
+inline void from_json(const Json& from, Int3& n) { n = {from.at(0), from.at(1), from.at(2)}; }
+
+// Calls fact(key, value) for each fact except the lengths of the arrays.
+template <class S, class Visit>
+void each_state_fact(S& of, Visit&& fact)
+{
+    auto& state = of.state;
+    auto& splats = of.splats;
+    auto& local = of.local;
+    fact("quiet_low", state.quiet_low);
+    fact("quiet_stored", state.quiet_stored);
+    fact("speed_squared", state.speed_squared);
+    fact("stiffness", state.stiffness);
+    fact("drift", state.drift);
+    fact("covered", state.covered);
+    fact("splat_degree", splats.cloud.degree);
+    fact("antialiased", splats.cloud.antialiased);
+    fact("clay", local.clay);
+    fact("objects", local.objects);
+}
+// Call once the facts are read: both clouds are of one kind.
+template <class S>
+void copy_cloud_facts(S& of)
+{
+    of.local.cloud.degree = of.splats.cloud.degree;
+    of.local.cloud.antialiased = of.splats.cloud.antialiased;
+}
+
 // Calls section(name, array) for each array in the order of the file. `name` is the key of the fact
 // that holds its length. Arrays with the same name have the same length.
-template <class C, class Visit>
-void each_section(C& checkpoint, Visit&& section)
+template <class S, class Visit>
+void each_section(S& of, Visit&& section)
 {
-    auto& [command, record, state, splats, local] = checkpoint;
+    auto& state = of.state;
+    auto& splats = of.splats;
+    auto& local = of.local;
     section("particles", state.contents.particles);
     section("particles", state.order);
     section("quiet", state.quiet);
@@ -164,6 +206,65 @@ inline std::size_t element_bytes(const SplatCloud& cloud)
     one.degree = cloud.degree, resize(one, 1);
     each_number_of(one, 0, sizes);
     return sizes.bytes;
+}
+
+// The facts of the lengths.
+template <class S>
+void write_lengths(const S& of, Json& facts)
+{
+    each_section(of, [&](const char* name, const auto& array) { facts[name] = count_of(array); });
+}
+
+template <class S>
+std::size_t body_bytes(const S& of)
+{
+    std::size_t bytes = 0;
+    each_section(of, [&](const char*, const auto& array) {
+        bytes += count_of(array) * element_bytes(array);
+    });
+    return bytes;
+}
+// Appends all arrays.
+template <class S>
+void write_body(const S& of, std::string& to)
+{
+    NumberWriter write{to};
+    each_section(of, [&](const char*, const auto& array) {
+        for (std::size_t i = 0; i < count_of(array); ++i) each_number_of(array, i, write);
+    });
+}
+
+// Throws InputError unless arrays of the lengths in `facts` fill exactly `bytes`. Allocates nothing
+// of their size. Precondition: the other facts are read.
+template <class S>
+void check_lengths(const S& of, const Json& facts, std::uint64_t bytes, const std::string& file)
+{
+    const auto count = [&](const char* name) { return facts.at(name).get<std::uint64_t>(); };
+    const int degree = of.splats.cloud.degree;
+    bool fits = degree >= 0 && degree <= max_sh_degree;
+    std::uint64_t left = bytes;
+    if (fits)
+        each_section(of, [&](const char* name, const auto& array) {
+            const std::uint64_t n = count(name), each = element_bytes(array);
+            fits = fits && n <= left / each;
+            if (fits) left -= n * each;
+        });
+    if (fits && left == 0 && (count("splats") == 0 || count("splats") == count("gaussians")))
+        return;
+    throw InputError(fmt::format(
+        "{}: expected {} particles, {} blocks, {} Gaussians and {} splats, "
+        "found {} bytes of them",
+        file, count("particles"), count("quiet"), count("gaussians"), count("splats"), bytes));
+}
+// Precondition: check_lengths(). Throws std::out_of_range for splats with invalid numbers.
+template <class S>
+void read_body(S& of, const Json& facts, const char* from)
+{
+    NumberReader read{from};
+    each_section(of, [&](const char* name, auto& array) {
+        resize(array, facts.at(name).get<std::uint64_t>());
+        for (std::size_t i = 0; i < count_of(array); ++i) each_number_of(array, i, read);
+    });
 }
 
 }  // namespace knead

@@ -1,0 +1,66 @@
+// The past of a run with commands, and its log where a command saves it.
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/hands/hands.h"
+#include "host/session/scene_history.h"
+#include "host/session/session_file.h"
+
+namespace knead {
+
+struct RunOptions;
+
+class RunSession {
+  public:
+    // A document command before the first frame, and the document after it.
+    struct Beginning {
+        std::string label;
+        DocumentPtr document;
+    };
+    struct Wants {
+        bool steps = false, file = false;  // commands that restore steps, or that save
+    };
+    // `base`: the scene as read, not built, before any command.
+    RunSession(const RunOptions& options, Scene base, Wants wants);
+    ~RunSession();
+
+    // Call once, before the first frame. `recording`: the hands that are played; may be null.
+    void begin(SceneHistory::Parts parts, const std::vector<Beginning>& before,
+               const Recording* recording);
+    // Call with the motion of each frame: sets it, and keeps it for the log.
+    Motion with_motion(Motion motion);
+    void after_frame(const FrameResult& frame);
+    std::optional<Refusal> apply(const Command& command);
+
+    History& steps() { return past; }
+    HistoryInfo info() const;
+    const std::string& problem() const { return not_written; }  // of the last save; ""
+
+  private:
+    void begin_past(const SceneHistory::Parts& parts, const std::vector<Beginning>& before);
+    void begin_log(const SceneHistory::Parts& parts, const Recording* recording);
+    void record(const SessionEvent& event);
+    void hash_state();
+    std::optional<Refusal> save(const Save& command);
+
+    const RunOptions& options;
+    const Scene base;
+    const Wants wants;
+    History past;
+    std::unique_ptr<SessionWriter> writer;  // null: no log
+    std::vector<std::pair<HistoryStep, std::shared_ptr<const ClayRows>>> first_steps;
+    std::unique_ptr<SceneHistory> history;
+    const EditableSimulator* simulator = nullptr;
+    const SceneEditor* editor = nullptr;
+    const SceneSplats* splats = nullptr;
+    const SessionLoop* loop = nullptr;
+    Motion given;
+    long frames = 0;
+    bool on_gpu = false;
+    std::string not_written;
+};
+
+}  // namespace knead

@@ -1,0 +1,29 @@
+#include "host/session/step_rule.h"
+
+namespace knead {
+
+StepRule::Decision StepRule::after_frame(bool touched, double fastest, double seconds, bool open)
+{
+    if (touched) return after_contact(seconds, open);
+    since_contact += seconds, since_change += seconds;
+    const bool settled = since_change >= options.settles_within,
+               calm = since_change >= options.soonest && fastest < options.calm_speed;
+    return {false, open && (settled || calm)};
+}
+
+StepRule::Decision StepRule::after_contact(double seconds, bool open)
+{
+    const bool another = since_contact >= options.apart;
+    contact_time = open && !another ? contact_time + since_contact + seconds : seconds;
+    since_contact = since_change = 0;
+    if (!open || another) return {true, open};
+    if (contact_time < options.longest) return {true, false};
+    contact_time = 0;
+    return {false, true};  // the next contact begins a step
+}
+
+void StepRule::command() { since_change = 0, contact_time = 0; }
+
+void StepRule::restored() { *this = StepRule(options); }
+
+}  // namespace knead
