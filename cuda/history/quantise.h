@@ -65,7 +65,7 @@ HD bool positive_definite(const Sym3<float>& e)
     const float minor = xx * yy - e.xy * e.xy;
     const float all = xx * (yy * zz - e.yz * e.yz) - e.xy * (e.xy * zz - e.yz * e.xz) +
                       e.xz * (e.xy * e.yz - yy * e.xz);
-    return xx > 0 && minor > 0 && all > 0;
+    return (int(xx > 0) & int(minor > 0) & int(all > 0)) != 0;  // without branches
 }
 // Where rounding would make an eigenvalue of b negative, because it is below 1.5 steps, the
 // diagonal has two steps more.

@@ -38,7 +38,7 @@ Capture capture_of(const ClayRows& parent, std::shared_ptr<const ClayRows> rows,
     else
         edge->parent_whole = encoded(parent, steps.get()),
         edge->whole = encoded(*rows, steps.get());
-    const std::uint64_t h = hash(*rows);
+    const std::uint64_t h = hash_after(edge->whole.empty() ? edge->from_parent : edge->whole);
     return {std::move(rows), h, std::move(edge), std::move(steps)};
 }
 

@@ -21,7 +21,33 @@ void between_faces(double low, double high, double dx, QuantStep step, float& fi
     first = float(from), last = float(to);
 }
 
-constexpr std::size_t chunk = 1024;  // particles at a time, which stay in the first cache
+// The strains of up to this many particles at a time stay in the first cache.
+constexpr std::size_t few = 256;
+
+// quantised() for the strains of `n` particles, whose numbers are `apart` from each other: the
+// loops are vectorised.
+void round_strains(float* at, std::size_t apart, const std::array<float, few>& sizes, std::size_t n)
+{
+    std::array<std::array<float, few>, 6> now;
+    for (std::size_t p = 0; p < now.size(); ++p)
+        for (std::size_t i = 0; i < n; ++i)
+            now[p][i] = quantised(at[p * apart + i], quant_step(sizes[i]));
+    int impossible = 0;
+    for (std::size_t i = 0; i < n; ++i)
+        impossible |= int(
+            !positive_definite({now[0][i], now[1][i], now[2][i], now[3][i], now[4][i], now[5][i]}));
+    for (std::size_t i = 0; impossible && i < n; ++i) {
+        const Sym3<float> e{at[i],
+                            at[apart + i],
+                            at[2 * apart + i],
+                            at[3 * apart + i],
+                            at[4 * apart + i],
+                            at[5 * apart + i]};
+        const Sym3<float> q = quantised(e, quant_step(sizes[i]));
+        now[0][i] = q.xx, now[1][i] = q.yy, now[2][i] = q.zz;
+    }
+    for (std::size_t p = 0; p < now.size(); ++p) std::copy_n(now[p].data(), n, at + p * apart);
+}
 
 }  // namespace
 
@@ -56,19 +82,11 @@ ClayRows quantised(ClayRows rows, const Quantisation& steps)
     for (std::size_t a = 0; a < 3; ++a)
         for (std::size_t i = 0; i < n; ++i)
             plane[a * n + i] = quantised_between(plane[a * n + i], x, low[a], high[a]);
-    std::array<float, chunk> e;
-    for (std::size_t first = 0; first < n; first += chunk) {
-        const std::size_t some = std::min(chunk, n - first);
+    std::array<float, few> e;
+    for (std::size_t first = 0; first < n; first += few) {
+        const std::size_t some = std::min(few, n - first);
         for (std::size_t i = 0; i < some; ++i) e[i] = steps.of_object(rows.object[first + i]);
-        float* const at = plane + 3 * n + first;
-        for (std::size_t i = 0; i < some; ++i) {
-            const Sym3<float> q =
-                quantised(Sym3<float>{at[i], at[n + i], at[2 * n + i], at[3 * n + i], at[4 * n + i],
-                                      at[5 * n + i]},
-                          quant_step(e[i]));
-            at[i] = q.xx, at[n + i] = q.yy, at[2 * n + i] = q.zz;
-            at[3 * n + i] = q.xy, at[4 * n + i] = q.xz, at[5 * n + i] = q.yz;
-        }
+        round_strains(plane + 3 * n + first, n, e, some);
     }
     for (std::size_t i = 0; i < n; ++i) plane[9 * n + i] = quantised(plane[9 * n + i], k);
     for (Gaussian<float>& g : rows.gaussians) {

@@ -169,6 +169,32 @@ TEST(Quantisation, NoEigenvalueOfTheStrainBecomesNegative)
     EXPECT_GT(corrected, 1000);
 }
 
+TEST(Quantisation, RowsAreRoundedByTheFormulas)
+{
+    std::mt19937 random(7);
+    const Quantisation steps = steps_of_three();
+    ClayRows rows = some_clay(random, 3000, 0);
+    for (std::size_t i = 0; i < rows.count; i += 1 + random() % 40) {  // flat: b.zz is below 1e-4
+        Particle<float> q = particle_at(rows, i);
+        q.e = {0.1f, 0.1f, -1 + 1e-4f * float(random() % 100) / 100, 0, 1e-5f, 1e-5f};
+        set_particle(rows, i, q);
+    }
+    const ClayRows now = quantised(rows, steps);
+    int corrected = 0;
+    for (std::size_t i = 0; i < rows.count; ++i) {
+        const Particle<float> q = particle_at(rows, i);
+        const QuantStep e = quant_step(steps.of_object(q.object));
+        Particle<float> expected = particle_at(now, i);
+        expected.e = quantised(q.e, e);
+        expected.k = quantised(q.k, quant_step(k_step));
+        corrected += expected.e.xx != quantised(q.e.xx, e);
+        ClayRows one = empty_rows(1), other = one;
+        set_particle(one, 0, expected), set_particle(other, 0, particle_at(now, i));
+        EXPECT_TRUE(same_rows(one, other)) << i;
+    }
+    EXPECT_GT(corrected, 20);
+}
+
 TEST(Quantisation, HalfAxesOfASplatChangeByLessThanAThousandth)
 {
     std::mt19937 random(4);
