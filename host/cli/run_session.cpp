@@ -67,12 +67,12 @@ RunSession::~RunSession()
 void RunSession::begin(SceneHistory::Parts parts, const std::vector<Beginning>& before,
                        const Recording* recording)
 {
-    simulator = parts.simulator, editor = &parts.editor, splats = &parts.splats;
-    loop = &parts.loop;
+    simulator = parts.simulator, editor = &parts.editor, loop = &parts.loop;
     on_gpu = parts.simulator && parts.simulator->clay();
     if (parts.simulator && SceneHistory::why_none(parts.scene, *parts.simulator).empty())
         begin_past(parts, before);
     if (wants.file) begin_log(parts, recording);
+    first_steps.clear();
     parts.events = [this](const SessionEvent& event) { record(event); };
     parts.captured = [this](const HistoryStep& step, const FutureCapture& made) {
         if (writer) writer->add_step(step, made);
@@ -109,11 +109,14 @@ void RunSession::begin_past(const SceneHistory::Parts& parts, const std::vector<
         }
         made.step.id = StepId(i), made.step.parent = StepId(i > 0 ? i - 1 : 0);
         made.step.label = before[i].label, made.step.captured = true;
-        first_steps.emplace_back(made.step, made.rows);
-        if (i == 0)
+        if (i == 0) {
+            first_steps.push_back({made.step, {}, made.rows});
             past.begin(std::move(made.step), made.rows);
-        else
-            past.insert(std::move(made.step), capture_of(*last, made.rows));
+        } else {
+            const Capture from_last = capture_of(*last, made.rows);
+            first_steps.push_back({made.step, from_last, made.rows});
+            past.insert(std::move(made.step), from_last);
+        }
         last = made.rows;
     }
     past.go_to(StepId(before.size() - 1), last);
@@ -133,16 +136,16 @@ void RunSession::begin_log(const SceneHistory::Parts& parts, const Recording* re
     if (recording)
         for (const HandFrame& frame : recording->frames) writer->add_hands(frame);
     for (std::size_t i = 0; i < first_steps.size(); ++i) {
-        const auto& [step, rows] = first_steps[i];
+        const FirstStep& first = first_steps[i];
         if (i == 0) {
-            writer->add_beginning(step, rows);
+            writer->add_beginning(first.step, first.rows);
             continue;
         }
         std::promise<Capture> made;
-        made.set_value(capture_of(*first_steps[i - 1].second, rows));
-        writer->add_step(step, made.get_future().share());
+        made.set_value(first.made);
+        writer->add_step(first.step, made.get_future().share());
     }
-    if (!first_steps.empty()) writer->add(StepRestored{first_steps.back().first.id});
+    if (!first_steps.empty()) writer->add(StepRestored{first_steps.back().step.id});
 }
 
 void RunSession::record(const SessionEvent& event)
@@ -184,11 +187,8 @@ std::optional<Refusal> RunSession::apply(const Command& command)
     if (const std::string why = row_of(command).why_not(situation); !why.empty())
         return Refusal{why, ""};
     if (const Save* to = std::get_if<Save>(&command)) return save(*to);
-    const bool of_history =
-        row_of(command).receiver == Receiver::document || std::holds_alternative<Carry>(command) ||
-        std::holds_alternative<Undo>(command) || std::holds_alternative<Redo>(command) ||
-        std::holds_alternative<GoTo>(command);
-    if (of_history) return history->apply({command, 0, Origin::script, 0}).refusal;
+    if (SceneHistory::takes(command))
+        return history->apply({command, 0, Origin::script, 0}).refusal;
     record(CommandEvent{{command, 0, Origin::script, 0}});
     return {};
 }
@@ -196,16 +196,12 @@ std::optional<Refusal> RunSession::apply(const Command& command)
 // Waits for the disk: a run is not in real time.
 std::optional<Refusal> RunSession::save(const Save& command)
 {
-    if (ending(command.file) != session_ending)
-        return Refusal{std::string("expected a name that ends in ") + session_ending, "file"};
+    if (const auto refusal = refusal_of(command)) return refusal;
     const std::string to = (fs::path(options.out.empty() ? "." : options.out) / command.file)
                                .lexically_normal()
                                .string();
     history->close();
-    StoredState now;
-    now.splats = splats->state(), now.local = splats->local_state();
-    now.document = editor->document(), now.numbers = editor->numbers();
-    now.ids_used = editor->ids_used();
+    StoredState now = editor->stored();
     now.frames = frames, now.time = loop->last().hand_time;
     now.state = simulator->save();
     std::promise<std::string> done;

@@ -51,11 +51,15 @@ class RunSession {
     const Wants wants;
     History past;
     std::unique_ptr<SessionWriter> writer;  // null: no log
-    std::vector<std::pair<HistoryStep, std::shared_ptr<const ClayRows>>> first_steps;
+    struct FirstStep {
+        HistoryStep step;
+        Capture made;  // from the step before
+        std::shared_ptr<const ClayRows> rows;
+    };
+    std::vector<FirstStep> first_steps;  // for the log
     std::unique_ptr<SceneHistory> history;
     const EditableSimulator* simulator = nullptr;
     const SceneEditor* editor = nullptr;
-    const SceneSplats* splats = nullptr;
     const SessionLoop* loop = nullptr;
     Motion given;
     long frames = 0;

@@ -81,7 +81,7 @@ RunScript::RunScript(const RunOptions& options, Scene& scene, const Note& by)
     session = std::make_unique<RunSession>(
         options, scene, RunSession::Wants{has(Undo{}, Redo{}, GoTo{}), has(Save{})});
     beginnings.push_back({"", first});
-    if (read.recording.empty()) begin(options, scene);
+    if (read.recording.empty()) begin(scene);
 }
 
 void RunScript::refuse(const std::string& place, const Command& command, const Refusal& refusal,
@@ -96,7 +96,7 @@ void RunScript::refuse(const std::string& place, const Command& command, const R
 }
 
 // Commands of the document before the first frame change the scene itself.
-void RunScript::begin(const RunOptions&, Scene& scene)
+void RunScript::begin(Scene& scene)
 {
     std::vector<LogEntry> later;
     DocumentPtr now = first;

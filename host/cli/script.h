@@ -47,7 +47,7 @@ class RunScript {
     int simulated(ObjectId object) const;
 
   private:
-    void begin(const RunOptions& options, Scene& scene);
+    void begin(Scene& scene);
     void after_frame(int number, SessionLoop& loop);
     void after_last_frame(int number, SessionLoop& loop);
     void play_entries(int number, SessionLoop& loop,

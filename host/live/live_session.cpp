@@ -51,13 +51,6 @@ bool cuts(const Command& command)
            std::holds_alternative<SetLattice>(command);
 }
 
-// Commands that SceneHistory applies, though they are of the session.
-bool of_history(const Command& command)
-{
-    return std::holds_alternative<Carry>(command) || std::holds_alternative<Undo>(command) ||
-           std::holds_alternative<Redo>(command) || std::holds_alternative<GoTo>(command);
-}
-
 // A user's file, as the beginning of a new working log.
 SessionFile copied(const SessionFile& file)
 {
@@ -196,8 +189,7 @@ void LiveSession::execute(const Issued& issued)
     AppliedCommand entry{history, run ? run->number() : 0, run ? run->now_at() : now(), issued};
     entry.issued.command = std::move(answer.applied);
     // Those of the document, and of steps, are recorded where they are applied.
-    if (row_of(issued.command).receiver == Receiver::session && !of_history(issued.command))
-        record(CommandEvent{entry.issued});
+    if (!SceneHistory::takes(issued.command)) record(CommandEvent{entry.issued});
     const std::lock_guard lock(mutex);
     if (applied.size() < most_applied) applied.push_back(std::move(entry));
 }
@@ -216,7 +208,7 @@ CommandAnswer LiveSession::apply(const Issued& issued)
     const DocumentPtr document =
         run ? run->document() : std::make_shared<const Document>(Document{});
     const CommandAnswer answer{{}, command};
-    if (row_of(command).receiver == Receiver::document || of_history(command)) {
+    if (SceneHistory::takes(command)) {
         if (!run) return {Refusal{"there is no simulation", ""}, {}};
         if (!clay.valid()) return run->apply(issued);
         PreparedObject ready = clay.get();
@@ -484,8 +476,7 @@ void LiveSession::begin_past()
 std::optional<Refusal> LiveSession::save(const Save& command)
 {
     if (!writer || !run) return Refusal{"this session keeps no log", ""};
-    if (ending(command.file) != session_ending)
-        return Refusal{fmt::format("expected a name that ends in {}", session_ending), "file"};
+    if (const auto refusal = refusal_of(command)) return refusal;
     run->close_step();
     const std::string to = fs::absolute(command.file).string();
     // On the log's thread: frames go on.
@@ -498,7 +489,7 @@ std::optional<Refusal> LiveSession::save(const Save& command)
         });
     };
     writer->save(to, command.input.value_or(true), past.count() > 0 ? past.current().id : 0,
-                 run->stored_state(), written);
+                 run->stored_state(frames), written);
     return {};
 }
 
@@ -568,7 +559,7 @@ void LiveSession::frame()
         constexpr double state_every = 60;  // [s]
         if (failure.empty() && now() - stored > state_every) {
             stored = now();
-            writer->add_state(run->stored_state(), run->stored_bytes());
+            writer->add_state(run->stored_state(frames), run->stored_bytes());
         }
         writer->poll();
     }

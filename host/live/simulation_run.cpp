@@ -417,14 +417,11 @@ std::size_t SimulationRun::stored_bytes() const
     return 100 * (solver->particle_count() + splats.state().count());
 }
 
-std::function<StoredState()> SimulationRun::stored_state() const
+std::function<StoredState()> SimulationRun::stored_state(long frames) const
 {
     if (!editable) throw std::invalid_argument(solver->name() + " cannot be saved");
-    StoredState now_at;
-    now_at.splats = splats.state(), now_at.local = splats.local_state();
-    now_at.document = editor->document(), now_at.numbers = editor->numbers();
-    now_at.ids_used = ids.most();
-    now_at.frames = history->frames(), now_at.time = time;
+    StoredState now_at = editor->stored();
+    now_at.frames = frames, now_at.time = time;
     const auto later = std::make_shared<LaterState>();
     later->make = [of = editable, then = editable->snapshot(), rest = std::move(now_at)] {
         StoredState all = rest;

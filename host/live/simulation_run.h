@@ -60,8 +60,9 @@ class SimulationRun {
     CommandAnswer apply(const Issued& issued, PreparedObject* ready = nullptr);
     // An event of a session that is replayed: a preparation, or of a step.
     void replay_event(const SessionEvent& event);
-    // Complete state now. The function may be called on any thread, also after the run.
-    std::function<StoredState()> stored_state() const;
+    // Complete state now, after `frames` of the session. The function may be called on any thread,
+    // also after the run.
+    std::function<StoredState()> stored_state(long frames) const;
     std::size_t stored_bytes() const;  // about
     // Goes on from a state of the same scene, or from a step. Throws std::invalid_argument.
     void go_on(const StoredState& state);

@@ -273,14 +273,6 @@ std::optional<Refusal> SceneEditor::refusal_of(const Command& command) const
     return refusal ? std::optional(*refusal) : std::nullopt;
 }
 
-void SceneEditor::end_carry()
-{
-    if (!carries()) return;
-    carried.clear();
-    parts.simulator->set_gravity(now->scene->gravity);
-    ++count;
-}
-
 ObjectNumbers SceneEditor::numbers() const
 {
     return {objects,
@@ -332,6 +324,14 @@ void SceneEditor::restore(const HistoryStep& step, const ClayRows& clay)
     carried.clear();
     ++count, ++clay_count;
     parts.loop.clay_edited();
+}
+
+StoredState SceneEditor::stored() const
+{
+    StoredState state;
+    state.splats = parts.splats.state(), state.local = parts.splats.local_state();
+    state.document = now, state.numbers = numbers(), state.ids_used = ids.most();
+    return state;
 }
 
 void SceneEditor::load(const StoredState& from)

@@ -64,8 +64,6 @@ class SceneEditor {
 
     // Why reduce() would refuse it.
     std::optional<Refusal> refusal_of(const Command& command) const;
-    // What is carried is let go.
-    void end_carry();
     // What a step of the history keeps of the objects in the simulator.
     ObjectNumbers numbers() const;
     // Replaces clay and document by those of a step: its particles as `clay`, or as `beginning` if
@@ -74,6 +72,8 @@ class SceneEditor {
     void restore(const HistoryStep& step, const ClayRows& clay);
     // The same of a step whose clay is the current one: only the document changes.
     void restore_document(const HistoryStep& step);
+    // The state now, for load(), but for the simulator's, frames and time.
+    StoredState stored() const;
     // Replaces everything by a state that was stored. Throws std::invalid_argument; strong
     // guarantee. Precondition: no frame in flight.
     void load(const StoredState& state);
@@ -89,7 +89,6 @@ class SceneEditor {
     // Number of the object in the simulator; of local clay, that of its own object, not of its
     // cubes. Precondition: the document has the object.
     int simulated(ObjectId object) const { return objects.at(object); }
-    std::uint32_t ids_used() const { return ids.most(); }
     long edits() const { return count; }            // so far
     long clay_edits() const { return clay_count; }  // that moved, added or removed clay
 

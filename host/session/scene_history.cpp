@@ -165,6 +165,13 @@ void SceneHistory::before_change()
     if (!parts.past.current().captured) capture();
 }
 
+bool SceneHistory::takes(const Command& command)
+{
+    return row_of(command).receiver == Receiver::document ||
+           std::holds_alternative<Carry>(command) || std::holds_alternative<Undo>(command) ||
+           std::holds_alternative<Redo>(command) || std::holds_alternative<GoTo>(command);
+}
+
 CommandAnswer SceneHistory::apply(const Issued& issued, PreparedObject* ready)
 {
     const Command& command = issued.command;
@@ -209,7 +216,7 @@ CommandAnswer SceneHistory::apply(const Issued& issued, PreparedObject* ready)
         if (parts.captured) parts.captured(parts.past.current(), {});
     } else {
         open_by_command = true, last = applied;
-        rule.command();
+        rule.command(issued.drag != 0);
     }
     return answer;
 }
@@ -249,7 +256,9 @@ void SceneHistory::restore_step(StepId id)
     const HistoryStep* to = parts.past.find(id);
     if (!to) throw std::invalid_argument(fmt::format("there is no step {}", id));
     const std::shared_ptr<const ClayRows> rows = parts.past.rows_of(id);
-    if (in_step && parts.past.same_clay(parts.past.current().id, id)) {
+    const StepId from = parts.past.current().id;
+    // Another step with the same particles: the clay stays as it is, also if it has moved since.
+    if (in_step && id != from && parts.past.same_clay(from, id)) {
         parts.editor.restore_document(*to);
     } else {
         parts.editor.restore(*to, *rows);

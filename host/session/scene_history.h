@@ -49,8 +49,9 @@ class SceneHistory {
     SceneHistory(Parts parts, const std::string& label, StepSource source = StepSource::rule);
     SceneHistory(const SceneHistory&) = delete;
 
-    // Applies a command of the document, Carry, Undo, Redo or GoTo. As SceneEditor::apply().
-    // Precondition: no frame in flight.
+    // Whether apply() takes it: a command of the document, Carry, Undo, Redo or GoTo.
+    static bool takes(const Command& command);
+    // Applies such a command. As SceneEditor::apply(). Precondition: no frame in flight.
     CommandAnswer apply(const Issued& issued, PreparedObject* ready = nullptr);
     // Call after each frame, with no frame in flight, after SceneEditor::after_frame(). May take a
     // snapshot, never waits.

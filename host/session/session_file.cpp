@@ -202,6 +202,12 @@ std::string log_folder()
     return folder.string();
 }
 
+std::optional<Refusal> refusal_of(const Save& command)
+{
+    if (ending(command.file) == session_ending) return {};
+    return Refusal{fmt::format("expected a name that ends in {}", session_ending), "file"};
+}
+
 SessionWriter::SessionWriter(const SessionMeta& meta, const SceneSource& scene,
                              const Journal::Options& options)
     : journal(std::make_unique<Journal>(
@@ -504,11 +510,18 @@ std::string SessionFile::picture() const
     return "";
 }
 
-HistoryStep SessionFile::step_in(const ChunkHead& head, std::string* hash) const
+struct SessionFile::StoredStep {
+    HistoryStep step;                 // without splats
+    std::uint64_t splats = 0;         // id of their chunk; 0: none
+    std::optional<std::string> hash;  // of its particles; none: they are its parent's
+};
+
+SessionFile::StoredStep SessionFile::step_in(const ChunkHead& head) const
 {
     const std::string& name = file.path();
     const Json json = parse_json(file.payload(head), name);
-    HistoryStep step;
+    StoredStep stored;
+    HistoryStep& step = stored.step;
     step.id = member<StepId>(json, "id", name), step.parent = member<StepId>(json, "parent", name);
     step.label = member<std::string>(json, "label", name);
     step.frame = member<long>(json, "frame", name);
@@ -522,10 +535,12 @@ HistoryStep SessionFile::step_in(const ChunkHead& head, std::string* hash) const
         step.beginning =
             std::make_shared<const InitialState>(std::move(of_beginning.state.contents));
     }
-    *hash = member<bool>(json, "unchanged", name) ? "" : member<std::string>(json, "hash", name);
+    stored.splats = member<std::uint64_t>(json, "splats", name);
+    if (!member<bool>(json, "unchanged", name))
+        stored.hash = member<std::string>(json, "hash", name);
     if (step.id != head.id || step.parent > step.id)
         throw InputError(name + ": a step has the number of another");
-    return step;
+    return stored;
 }
 
 // Steps without particles, and those after them, are left out. A step is written before its
@@ -543,14 +558,11 @@ void SessionFile::read_history(History& into, StepId current) const
             splats[head.id] = std::make_shared<const CarriedSplats>(
                 state_from(file.payload(head), file.path()).splats);
     }
-    std::map<StepId, std::shared_ptr<const ClayRows>> whole;
     for (const auto& [id, head] : steps) {
-        std::string hash_text;
-        HistoryStep step = step_in(*head, &hash_text);
-        const Json json = parse_json(file.payload(*head), file.path());
-        if (const auto shared = member<std::uint64_t>(json, "splats", file.path()))
-            if (const auto found = splats.find(shared); found != splats.end())
-                step.splats = found->second;
+        StoredStep stored = step_in(*head);
+        HistoryStep& step = stored.step;
+        if (const auto found = splats.find(stored.splats); found != splats.end())
+            step.splats = found->second;
         if (into.count() == 0) {
             const auto first = rows.find(step.id);
             if (first == rows.end()) continue;
@@ -559,13 +571,13 @@ void SessionFile::read_history(History& into, StepId current) const
             continue;
         }
         if (!into.find(step.parent) || into.find(step.id)) continue;
-        if (hash_text.empty()) {
-            into.insert(step, {});
+        if (!stored.hash) {
+            into.insert(std::move(step), {});
         } else if (const auto found = differences.find(step.id); found != differences.end()) {
             Capture made;
             made.edge = std::make_shared<const ClayEdge>(
                 difference_in(file.payload(*found->second), file.path()));
-            made.hash = std::strtoull(hash_text.c_str(), nullptr, 16);
+            made.hash = std::strtoull(stored.hash->c_str(), nullptr, 16);
             const ClayEdge& edge = *made.edge;
             if (hash_after(edge.whole.empty() ? edge.from_parent : edge.whole) != made.hash)
                 throw InputError(file.path() + ": a step has the particles of another");
@@ -585,11 +597,11 @@ void SessionFile::read_history(History& into, StepId current) const
 void compact_session(const SessionFile& from, const std::string& to)
 {
     const std::uint64_t last = from.final_state();
-    std::map<std::uint64_t, bool> beginnings;  // states that steps begin with
+    std::set<std::uint64_t> beginnings;  // states that steps begin with
     for (const ChunkHead& head : from.chunks().chunks())
         if (head.kind == step_kind) {
             const Json json = parse_json(from.chunks().payload(head), from.chunks().path());
-            beginnings[member<std::uint64_t>(json, "beginning", from.chunks().path())] = true;
+            beginnings.insert(member<std::uint64_t>(json, "beginning", from.chunks().path()));
         }
     const ChunkHead* picture = nullptr;
     for (const ChunkHead& head : from.chunks().chunks())

@@ -48,12 +48,14 @@ constexpr ChunkKind state_kind("STAT");
 // Ancillary.
 constexpr ChunkKind run_record_kind("RUNR");
 
+// Why a session is not saved under that name.
+std::optional<Refusal> refusal_of(const Save& command);
+
 class SessionWriter {
   public:
     // A new working log. Throws OutputError.
     SessionWriter(const SessionMeta& meta, const SceneSource& scene,
                   const Journal::Options& options = {});
-    class Onto;
     // Goes on with the log of a session that was not ended. Throws OutputError: of a log that is
     // in use, with the process that uses it.
     explicit SessionWriter(const class SessionFile& onto, const Journal::Options& options = {});
@@ -139,7 +141,8 @@ class SessionFile {
 
   private:
     void follow_events(const std::set<StepId>& stored, const ChunkHead* last_saved);
-    HistoryStep step_in(const ChunkHead& head, std::string* hash) const;
+    struct StoredStep;
+    StoredStep step_in(const ChunkHead& head) const;
 
     ChunkFile file;
     SessionMeta of;

@@ -23,8 +23,8 @@ class StepRule {
     // `touched`: a tool pressed or carried clay in the frame; `fastest`: speed of the clay at its
     // end [m/s]; `seconds`: duration of the frame; `open`: whether a step is open.
     Decision after_frame(bool touched, double fastest, double seconds, bool open);
-    // A command has begun or changed the open step.
-    void command();
+    // A command has begun or changed the open step. `dragged`: of a control that may be dragged on.
+    void command(bool dragged = false);
     // The clay was replaced: what it does by itself is no step.
     void restored();
 
@@ -34,6 +34,7 @@ class StepRule {
     StepRuleOptions options;
     double since_contact = 1e30;  // [s]
     double since_change = 1e30;   // since the last contact or command [s]
+    bool drag = false;            // the last of these was a command of a drag
     double contact_time = 0;      // since the contact of the open step began [s]
 };
 

@@ -115,7 +115,7 @@ answers 0 convert small.knead small.ply -q
 answers 0 compare end.ply small.ply --tolerance 0
 answers 0 session list
 holds said 'nothing to recover'
-head -c 5000 made/made.knead >cut.knead
+head -c 150 made/made.knead >cut.knead
 answers 3 session verify cut.knead
 head -c 20 made/made.knead >short.knead
 answers 3 info short.knead

@@ -101,5 +101,30 @@ TEST(SceneHistory, UndoAndRedoReturnToTheRowsOfTheStepsByEitherCodec)
     }
 }
 
+TEST(SceneHistory, GoToTheCurrentStepTakesBackWhatTheClayDidByItselfAndUndoOfANameDoesNot)
+{
+    ScenePast scene(Codec::lossless);
+    scene.change(20);
+    const ClayRows of_step = scene.rows();
+    const auto step = int(scene.past.current().id);
+    const auto moves = [&] {
+        ASSERT_TRUE(scene.loop.step());
+        scene.history.after_frame(scene.loop.last());
+        ASSERT_FALSE(same_rows(scene.rows(), of_step));
+    };
+    moves();
+    scene.apply(GoTo{step});
+    EXPECT_TRUE(same_rows(scene.rows(), of_step));
+    EXPECT_EQ(scene.past.current().id, StepId(step));
+
+    moves();
+    const ClayRows moved = scene.rows();
+    scene.apply(Rename{ObjectId{1}, "other"});
+    scene.apply(Undo{});
+    EXPECT_EQ(scene.past.current().id, StepId(step));
+    EXPECT_NE(scene.editor.document()->objects.at(0)->name, "other");
+    EXPECT_TRUE(same_rows(scene.rows(), moved));
+}
+
 }  // namespace
 }  // namespace knead

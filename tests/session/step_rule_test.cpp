@@ -11,7 +11,8 @@ namespace {
 constexpr double frame = 0.125;  // [s]
 constexpr StepRuleOptions by_rule{1.0, 0.25, 1.0, 1.5, 0.5};
 
-// A session of frames, one letter each, between commands ('C') and restored steps ('R'):
+// A session of frames, one letter each, between commands ('C'; 'D': of a drag) and restored steps
+// ('R'):
 //   t  a tool touches the clay     .  it rests     m  it moves by itself
 // Returns for each frame what follows it, as a session would:
 //   B  a step begins    S  the open step is captured    X  both: captured, then another begins
@@ -23,9 +24,9 @@ std::string played(const std::string& frames)
     bool open = false;
     std::string after;
     for (const char what : frames) {
-        if (what == 'C' || what == 'R') {
-            what == 'C' ? rule.command() : rule.restored();
-            open = what == 'C';
+        if (what == 'C' || what == 'D' || what == 'R') {
+            what == 'R' ? rule.restored() : rule.command(what == 'D');
+            open = what != 'R';
             after += '*';
             continue;
         }
@@ -62,6 +63,9 @@ const Row rows[] = {
     {"a command, and clay that falls", "Cmmm..", "*+++S-"},
     {"a command, and a liquid", "Cmmmmmmmmmm", "*+++++++S--"},
     {"a command changed again: from the last one on", "CmmmmCmmmmmmmmm", "*++++*+++++++S-"},
+    {"a drag, and calm clay: after a second", "D..........", "*+++++++S--"},
+    {"a command after a drag", "D...C....", "*+++*+S--"},
+    {"contact after a drag", "D.t....", "*+X+S--"},
     {"contact after a command: another step", "Cmttt..", "*+X+++S"},
     {"a command during contact", "tttCtt..", "B++*+++S"},
     {"a command during contact, which is cut later", "tttCtttttttttttttt", "B++*+++++++++++SB+"},
