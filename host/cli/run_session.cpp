@@ -196,7 +196,7 @@ std::optional<Refusal> RunSession::apply(const Command& command)
 // Waits for the disk: a run is not in real time.
 std::optional<Refusal> RunSession::save(const Save& command)
 {
-    if (const auto refusal = refusal_of(command)) return refusal;
+    if (auto why_not = refusal_of(command)) return why_not;
     const std::string to = (fs::path(options.out.empty() ? "." : options.out) / command.file)
                                .lexically_normal()
                                .string();

@@ -476,7 +476,7 @@ void LiveSession::begin_past()
 std::optional<Refusal> LiveSession::save(const Save& command)
 {
     if (!writer || !run) return Refusal{"this session keeps no log", ""};
-    if (const auto refusal = refusal_of(command)) return refusal;
+    if (auto why_not = refusal_of(command)) return why_not;
     run->close_step();
     const std::string to = fs::absolute(command.file).string();
     // On the log's thread: frames go on.
