@@ -86,6 +86,14 @@ struct Save {
     std::string file;
     std::optional<bool> input;  // recordings of the hands, too; absent: yes
 };
+enum class ExportContent { surface, splats };
+enum class LengthUnit { metre, centimetre, millimetre, inch };
+struct Export {
+    std::string file;                   // its ending is the format
+    std::optional<ExportContent> what;  // absent: the surface if there is one, else the splats
+    std::optional<LengthUnit> unit;     // of numbers in the file; absent: mm for .stl, else m
+    std::optional<std::vector<ObjectRef>> objects;  // absent: all that are not hidden
+};
 struct Undo {};
 struct Redo {};
 struct GoTo {
@@ -107,8 +115,8 @@ struct Mark {
 
 using Command =
     std::variant<AddObject, RemoveObjects, PlaceObject, SetMaterial, SetCategory, Rename, SetFlags,
-                 SetGravity, SetWalls, SetHands, SetSurface, SetLattice, Carry, Open, Save, Undo,
-                 Redo, GoTo, Reset, Pause, Advance, Play, Mark>;
+                 SetGravity, SetWalls, SetHands, SetSurface, SetLattice, Carry, Open, Save, Export,
+                 Undo, Redo, GoTo, Reset, Pause, Advance, Play, Mark>;
 
 enum class Origin { window, headset, script, replay };
 

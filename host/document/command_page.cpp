@@ -6,6 +6,7 @@
 #include <array>
 
 #include "host/document/command_table.h"
+#include "host/document/export_plan.h"
 #include "host/scene/names.h"
 
 namespace knead {
@@ -28,6 +29,7 @@ constexpr std::array examples{
     R"({"frame":60,"carry":{"objects":["cap"],"side":"right","begins":true}})",
     R"({"frame":0,"open":{"file":"pot.json","settings":["domain.cells=32"]}})",
     R"({"frame":90,"save":{"file":"pot.knead"}})",
+    R"({"frame":90,"export":{"file":"pot.stl","objects":["pot"]}})",
     R"({"frame":90,"undo":{}})",
     R"({"frame":91,"redo":{}})",
     R"({"frame":95,"go_to":{"step":0}})",
@@ -50,12 +52,16 @@ std::string type_of(const std::vector<ObjectRef>&) { return "list of numbers or 
 std::string type_of(const MaterialSpec&) { return "text or {...}"; }
 std::string type_of(const SceneObject&) { return "{...}"; }
 std::string type_of(Side) { return "left or right"; }
-std::string type_of(ContactMode)
+template <class T>
+std::string listed(const Names<T>& all)
 {
     std::string names;
-    for (const auto& [name, mode] : contact_modes) names += (names.empty() ? "" : ", ") + name;
+    for (const auto& [name, value] : all) names += (names.empty() ? "" : ", ") + name;
     return names;
 }
+std::string type_of(ContactMode) { return listed(contact_modes); }
+std::string type_of(ExportContent) { return listed(export_contents); }
+std::string type_of(LengthUnit) { return listed(length_units); }
 
 // "": not of a number, or a range that the type says already.
 template <class T>

@@ -1,5 +1,7 @@
 #include "host/document/command_table.h"
 
+#include "host/document/export_plan.h"
+
 namespace knead {
 
 std::string always_available(const Situation&) { return ""; }
@@ -46,5 +48,11 @@ std::string needs_steps(const Situation& s)
 }
 
 std::string needs_log(const Situation& s) { return s.simulation ? s.no_save : needs_simulation(s); }
+
+std::string needs_contents(const Situation& s)
+{
+    if (!s.simulation) return needs_simulation(s);
+    return s.document && s.document->objects.empty() ? nothing_to_export : "";
+}
 
 }  // namespace knead

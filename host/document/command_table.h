@@ -70,6 +70,7 @@ std::string needs_undo(const Situation&);
 std::string needs_redo(const Situation&);
 std::string needs_steps(const Situation&);
 std::string needs_log(const Situation&);
+std::string needs_contents(const Situation&);
 
 inline constexpr Bounds anywhere{-1000, 1000, "m"};
 inline constexpr Bounds turn_range{-1.001, 1.001};
@@ -245,7 +246,8 @@ struct Row<Open> {
                                     UndoRule::none,
                                     needs_live};
     static constexpr std::tuple fields{
-        command_field("file", &Open::file, "a scene (.json), or a session (.knead)"),
+        command_field("file", &Open::file,
+                      "a scene (.json), a session (.knead), or \"new\": an empty table"),
         command_field("settings", &Open::settings,
                       "as by --set; those that do not fit are left out"),
         command_field("cells", &Open::cells, "along the longest axis; absent: as in the file",
@@ -263,6 +265,31 @@ struct Row<Save> {
         command_field("file", &Save::file, "to be written, *.knead; one that is there is replaced"),
         command_field("input", &Save::input,
                       "with the recorded hands, which are personal data; absent: true")};
+};
+template <>
+struct Row<Export> {
+    static constexpr CommandRow row{
+        "export",
+        "Export",
+        "Writes the surface or the splats to a file, in the frame of the scene's file. Export is "
+        "not a step, and a replay does not write the file.",
+        Receiver::session,
+        UndoRule::none,
+        needs_contents};
+    static constexpr std::tuple fields{
+        command_field("file", &Export::file,
+                      "to be written; one that is there is replaced. A surface: .glb, .obj, .ply, "
+                      ".stl, with one mesh per category named after its objects; splats: .glb, "
+                      ".ply, .splat, .spz"),
+        command_field(
+            "what", &Export::what,
+            "absent: the surface; the splats if the format, or all objects, are of splats"),
+        command_field("unit", &Export::unit,
+                      "of lengths in the file; absent: mm for .stl, which has no unit and is read "
+                      "as millimetres by slicers; m for the others, as glTF specifies"),
+        command_field("objects", &Export::objects,
+                      "those whose categories, or splats, are written; absent: all but hidden "
+                      "ones")};
 };
 template <>
 struct Row<Undo> {
@@ -301,9 +328,12 @@ struct Row<Reset> {
 };
 template <>
 struct Row<Pause> {
-    static constexpr CommandRow row{
-        "pause",           "Pause",        "Pauses the simulation, or goes on. No effect in a run.",
-        Receiver::session, UndoRule::none, always_available};
+    static constexpr CommandRow row{"pause",
+                                    "Pause",
+                                    "Pauses or continues the simulation. No effect in `knead run`.",
+                                    Receiver::session,
+                                    UndoRule::none,
+                                    always_available};
     static constexpr std::tuple fields{command_field("on", &Pause::on, "false: goes on")};
 };
 template <>

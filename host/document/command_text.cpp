@@ -9,6 +9,7 @@
 #include "host/base/outputs.h"
 #include "host/document/command_table.h"
 #include "host/document/document_text.h"
+#include "host/document/export_plan.h"
 #include "host/scene/names.h"
 #include "host/scene/object_json.h"
 
@@ -80,6 +81,16 @@ struct Writer {
     void operator()(const F& f, Side side) const
     {
         to[f.key] = name_of(sides, side);
+    }
+    template <class F>
+    void operator()(const F& f, ExportContent what) const
+    {
+        to[f.key] = name_of(export_contents, what);
+    }
+    template <class F>
+    void operator()(const F& f, LengthUnit unit) const
+    {
+        to[f.key] = name_of(length_units, unit);
     }
     template <class F>
     void operator()(const F& f, const std::vector<std::string>& texts) const
@@ -174,6 +185,16 @@ struct Reader {
     {
         r.required(f.key, "\"left\" or \"right\"");
         side = r.choice(f.key, sides, side);
+    }
+    template <class F>
+    void operator()(const F& f, ExportContent& what) const
+    {
+        what = r.choice(f.key, export_contents, what);
+    }
+    template <class F>
+    void operator()(const F& f, LengthUnit& unit) const
+    {
+        unit = r.choice(f.key, length_units, unit);
     }
     template <class F>
     void operator()(const F& f, std::vector<std::string>& texts) const

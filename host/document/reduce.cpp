@@ -8,6 +8,7 @@
 
 #include "cuda/math/rotation.h"
 #include "host/document/command_table.h"
+#include "host/document/export_plan.h"
 #include "host/scene/object_json.h"
 #include "host/scene/seed.h"
 
@@ -253,6 +254,19 @@ class Reduction {
         return same;
     }
 
+    DocumentPtr operator()(const Export& c)
+    {
+        if (c.objects) {
+            if (c.objects->empty()) refuse("objects", "expected at least one object");
+            if (c.objects->size() > std::size_t(most_objects))
+                refuse("objects", fmt::format("expected at most {} objects", most_objects));
+            for (const ObjectRef& ref : *c.objects) object_in(d, ref, "objects");
+        }
+        auto plan = export_plan(d, c);
+        if (Refusal* refusal = std::get_if<Refusal>(&plan)) throw Refused{std::move(*refusal)};
+        return same;
+    }
+
     // Commands of the session.
     template <class C>
     DocumentPtr operator()(const C&)
@@ -408,10 +422,16 @@ Command with_ids(const Document& document, Command command)
         [&](auto& c) {
             for_each_field(c, [&](const auto& f, auto& value) {
                 using T = std::remove_cvref_t<decltype(value)>;
-                if constexpr (std::is_same_v<T, ObjectRef>)
+                const auto each = [&](std::vector<ObjectRef>& objects) {
+                    for (ObjectRef& one : objects) one = object_in(document, one, f.key).id;
+                };
+                if constexpr (std::is_same_v<T, ObjectRef>) {
                     value = object_in(document, value, f.key).id;
-                else if constexpr (std::is_same_v<T, std::vector<ObjectRef>>)
-                    for (ObjectRef& one : value) one = object_in(document, one, f.key).id;
+                } else if constexpr (std::is_same_v<T, std::vector<ObjectRef>>) {
+                    each(value);
+                } else if constexpr (std::is_same_v<T, std::optional<std::vector<ObjectRef>>>) {
+                    if (value) each(*value);
+                }
             });
         },
         command);

@@ -111,6 +111,8 @@ class Reader {
                 const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
                 all.parts.push_back(part(primitive, where));
                 all.parts.back().mesh = model.meshes[m].name;
+                if (const tinygltf::Value& of = model.meshes[m].extras; of.Has("category"))
+                    all.parts.back().category = of.Get("category").GetNumberAsInt();
                 if (skins == GltfSkins::read) hang(all.parts.back(), primitive, where);
             }
         for (std::size_t s = 0; s < model.skins.size(); ++s)

@@ -1,6 +1,7 @@
 // Binary glTF 2.0 (.glb), read by tinygltf: triangles and their skins.
 #pragma once
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@ namespace knead {
 // A primitive of a mesh: triangles with shared vertices.
 struct GltfPart {
     std::string mesh;                   // name of the mesh
+    std::optional<int> category;        // extras.category of the mesh, 0 to 255
     std::vector<Vec3<float>> vertices;  // as stored, without node transforms
     std::vector<Int3> triangles;        // vertex indices
     // Per vertex, if skins are read and present: four of the skin's joints, and their weights, not

@@ -17,10 +17,10 @@ static_assert(std::endian::native == std::endian::little, "GLB is read as it lie
 constexpr std::size_t json_start = 20;
 constexpr std::size_t max_parts = 1 << 16;
 
-// Keys that are read. All others, including images, extensions and extras, are removed before
-// tinygltf parses the document; for the remaining keys it would treat a value of another type as
-// absent, and its errors give no place.
-enum class Kind { index, size, text, flag, numbers, indices, part_list, attributes, any };
+// Keys that are read. All others, including images, extensions and extras but for a mesh's
+// category, are removed before tinygltf parses the document; for the remaining keys it would treat
+// a value of another type as absent, and its errors give no place.
+enum class Kind { index, size, text, flag, numbers, indices, part_list, attributes, extras, any };
 struct Key {
     const char *section, *name;
     Kind kind;
@@ -42,6 +42,7 @@ constexpr Key keys[] = {{"asset", "version", Kind::text, true},
                         {"accessors", "sparse", Kind::any},
                         {"meshes", "name", Kind::text},
                         {"meshes", "primitives", Kind::part_list, true},
+                        {"meshes", "extras", Kind::extras},
                         {"primitives", "attributes", Kind::attributes, true},
                         {"primitives", "indices", Kind::index},
                         {"primitives", "mode", Kind::index},
@@ -170,6 +171,7 @@ class Guard {
         if (kind == Kind::text) need(v.is_string(), where, "a text", v);
         if (kind == Kind::flag) need(v.is_boolean(), where, "true or false", v);
         if (kind == Kind::part_list) return list(v, "primitives", where);
+        if (kind == Kind::extras) return category_in(v);
         if (kind == Kind::attributes) {
             need(v.is_object(), where, "an object", v);
             for (const auto& [name, index] : v.items())
@@ -184,6 +186,17 @@ class Guard {
             }
         }
         return v;
+    }
+
+    // Other programs may write anything there: what is no category is removed, not refused.
+    static Json category_in(const Json& extras)
+    {
+        Json out = Json::object();
+        if (!extras.is_object()) return out;
+        const auto at = extras.find("category");
+        if (at != extras.end() && at->is_number_unsigned() && at->get<std::uint64_t>() < 256)
+            out["category"] = *at;
+        return out;
     }
 
     const std::string& path;

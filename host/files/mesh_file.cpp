@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "cuda/math/box.h"
 #include "host/base/errors.h"
@@ -81,8 +82,24 @@ void check(const std::string& path, const Mesh& mesh)
             fail(path, which + " has a triangle with a vertex that is not there");
 }
 
-// Adds a node per category. The vertices carry the colour, over a matt white material.
-void add_mesh(Glb& glb, const Mesh& mesh)
+std::string plain_name(const Mesh& mesh) { return "category " + std::to_string(mesh.category); }
+
+struct NamedMesh {
+    const Mesh* mesh;
+    std::string name;
+};
+
+// An OBJ name ends at white space.
+std::string without_spaces(std::string name)
+{
+    for (char& c : name)
+        if (static_cast<unsigned char>(c) <= ' ' || c == '\x7f') c = '_';
+    return name;
+}
+
+// Adds a node per category. The vertices carry the colour, over a matt white material. A name that
+// is not "category N" has the category beside it, for read_mesh().
+void add_mesh(Glb& glb, const Mesh& mesh, const std::string& name)
 {
     nlohmann::json& gltf = glb.gltf;
     const auto vectors = [&](const std::vector<Vec3<float>>& values) {
@@ -97,23 +114,23 @@ void add_mesh(Glb& glb, const Mesh& mesh)
     const int colour = vectors(std::vector(mesh.vertices.size(), category_colour(mesh.category)));
     const int indices = add_accessor(glb, mesh.triangles, gltf_index, "SCALAR",
                                      3 * mesh.triangles.size(), gltf_indices);
-    const std::string name = "category " + std::to_string(mesh.category);
     const nlohmann::json primitive = {
         {"attributes", {{"POSITION", position}, {"NORMAL", normal}, {"COLOR_0", colour}}},
         {"indices", indices},
         {"material", 0}};
     gltf["nodes"].push_back({{"mesh", gltf["nodes"].size()}, {"name", name}});
     gltf["meshes"].push_back({{"name", name}, {"primitives", nlohmann::json::array({primitive})}});
+    if (name != plain_name(mesh)) gltf["meshes"].back()["extras"] = {{"category", mesh.category}};
     gltf["scenes"][0]["nodes"].push_back(gltf["nodes"].size() - 1);
 }
 
-std::string glb(const std::string& path, const std::vector<const Mesh*>& meshes)
+std::string glb(const std::string& path, const std::vector<NamedMesh>& meshes)
 {
     Glb glb;
     glb.gltf = {{"asset", {{"version", "2.0"}, {"generator", "knead"}}},
                 {"scene", 0},
                 {"scenes", nlohmann::json::array({{{"name", "clay"}}})}};
-    for (const Mesh* const mesh : meshes) add_mesh(glb, *mesh);
+    for (const NamedMesh& one : meshes) add_mesh(glb, *one.mesh, one.name);
     if (!meshes.empty())
         glb.gltf["materials"].push_back(
             {{"name", "clay"},
@@ -121,12 +138,12 @@ std::string glb(const std::string& path, const std::vector<const Mesh*>& meshes)
     return glb_bytes(std::move(glb), path, "try .ply");
 }
 
-std::string obj(const std::vector<const Mesh*>& meshes)
+std::string obj(const std::vector<NamedMesh>& meshes, const std::string& unit)
 {
-    std::string text = "# knead; metres; vertex colours in sRGB\n";
+    std::string text = "# knead; " + unit + "; vertex colours in sRGB\n";
     std::size_t before = 1;  // OBJ indices start at 1 and continue through all objects
-    for (const Mesh* const mesh : meshes) {
-        text += "o category_" + std::to_string(mesh->category) + '\n';
+    for (const auto& [mesh, name] : meshes) {
+        text += "o " + without_spaces(name) + '\n';
         std::string colour;
         append_digits(colour, shown_colour(mesh->category));
         for (const Vec3<float> x : mesh->vertices)
@@ -146,13 +163,15 @@ std::string obj(const std::vector<const Mesh*>& meshes)
     return text;
 }
 
-std::string ply(const std::string& path, const std::vector<const Mesh*>& meshes)
+std::string ply(const std::string& path, const std::vector<NamedMesh>& meshes,
+                const std::string& unit)
 {
     std::size_t vertices = 0, triangles = 0;
-    for (const Mesh* const mesh : meshes)
+    for (const auto& [mesh, name] : meshes)
         vertices += mesh->vertices.size(), triangles += mesh->triangles.size();
     if (vertices > INT32_MAX) fail(path, "a PLY indexes at most 2^31 vertices");
-    std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment knead; metres; sRGB\n";
+    std::string bytes = "ply\nformat binary_little_endian 1.0\n";
+    bytes += "comment knead; " + unit + "; sRGB\n";
     bytes += "element vertex " + std::to_string(vertices) + '\n';
     for (const char* const name : {"x", "y", "z", "nx", "ny", "nz"})
         bytes += std::string("property float ") + name + '\n';
@@ -160,7 +179,7 @@ std::string ply(const std::string& path, const std::vector<const Mesh*>& meshes)
         bytes += std::string("property uchar ") + name + '\n';
     bytes += "element face " + std::to_string(triangles) + '\n';
     bytes += "property list uchar int vertex_indices\nend_header\n";
-    for (const Mesh* const mesh : meshes) {
+    for (const auto& [mesh, name] : meshes) {
         const Vec3<float> c = shown_colour(mesh->category);
         const auto channel = [](float s) { return std::uint8_t(std::lround(255 * s)); };
         const std::array<std::uint8_t, 3> rgb{channel(c.x), channel(c.y), channel(c.z)};
@@ -168,7 +187,7 @@ std::string ply(const std::string& path, const std::vector<const Mesh*>& meshes)
             append(bytes, mesh->vertices[v]), append(bytes, mesh->normals[v]), append(bytes, rgb);
     }
     int before = 0;
-    for (const Mesh* const mesh : meshes) {
+    for (const auto& [mesh, name] : meshes) {
         for (const Int3 t : mesh->triangles)
             bytes += char(3), append(bytes, t + Int3{before, before, before});
         before += int(mesh->vertices.size());
@@ -178,24 +197,31 @@ std::string ply(const std::string& path, const std::vector<const Mesh*>& meshes)
 
 }  // namespace
 
-void write_mesh(const std::string& path, const std::vector<Mesh>& meshes)
+void write_mesh(const std::string& path, const std::vector<Mesh>& meshes, const MeshLabels& labels)
 {
-    std::vector<const Mesh*> shown;  // glTF does not allow empty meshes
-    for (const Mesh& mesh : meshes) {
-        check(path, mesh);
-        if (!mesh.triangles.empty()) shown.push_back(&mesh);
+    if (!labels.names.empty() && labels.names.size() != meshes.size())
+        throw std::invalid_argument("write_mesh(): expected a name per mesh");
+    std::vector<NamedMesh> shown;  // glTF does not allow empty meshes
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        check(path, meshes[i]);
+        if (meshes[i].triangles.empty()) continue;
+        shown.push_back(
+            {&meshes[i], labels.names.empty() ? plain_name(meshes[i]) : labels.names[i]});
     }
     const std::string form = ending(path);
-    if (form == ".glb")
+    if (form == ".glb") {
         write_whole(path, glb(path, shown));
-    else if (form == ".obj")
-        write_whole(path, obj(shown));
-    else if (form == ".ply")
-        write_whole(path, ply(path, shown));
-    else if (form == ".stl")
-        write_whole(path, stl_bytes(shown, path));
-    else
+    } else if (form == ".obj") {
+        write_whole(path, obj(shown, labels.unit));
+    } else if (form == ".ply") {
+        write_whole(path, ply(path, shown, labels.unit));
+    } else if (form == ".stl") {
+        std::vector<const Mesh*> all;
+        for (const NamedMesh& one : shown) all.push_back(one.mesh);
+        write_whole(path, stl_bytes(all, path, labels.unit));
+    } else {
         fail(path, "a mesh is written as .glb, .obj, .ply or .stl");
+    }
 }
 
 }  // namespace knead

@@ -179,7 +179,7 @@ std::vector<Mesh> parse_glb(const std::string& bytes, const std::string& path)
     std::vector<Mesh> all;
     for (GltfPart& part : gltf.parts) {
         Mesh mesh;
-        mesh.category = category_of(part.mesh);
+        mesh.category = part.category.value_or(category_of(part.mesh));
         mesh.vertices = std::move(part.vertices), mesh.triangles = std::move(part.triangles);
         finish_mesh(mesh, path);
         all.push_back(std::move(mesh));

@@ -8,9 +8,9 @@
 
 namespace knead {
 
-// Polygons are split into fans; normals are recomputed. GLB: one mesh per primitive, with category
-// N for a mesh named "category N", otherwise 0. Throws InputError with path and place unless
-// vertices are finite and indices valid.
+// Polygons are split into fans; normals are recomputed. GLB: one mesh per primitive, with the
+// category of the mesh's `extras`, else N for a mesh named "category N", else 0. Throws InputError
+// with path and place unless vertices are finite and indices valid.
 std::vector<Mesh> read_mesh(const std::string& path);
 Mesh to_mesh(const PlyFile& ply, const std::string& path);
 Mesh parse_obj(const std::string& text, const std::string& path);

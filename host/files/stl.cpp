@@ -188,12 +188,13 @@ Mesh parse_stl(const std::string& bytes, const std::string& path)
     return mesh;
 }
 
-std::string stl_bytes(const std::vector<const Mesh*>& meshes, const std::string& path)
+std::string stl_bytes(const std::vector<const Mesh*>& meshes, const std::string& path,
+                      const std::string& unit)
 {
     std::size_t count = 0;
     for (const Mesh* mesh : meshes) count += mesh->triangles.size();
     if (count > UINT32_MAX) throw OutputError(path + ": an STL holds at most 2^32 - 1 triangles");
-    std::string bytes = "knead; metres";  // never "solid", which marks a text
+    std::string bytes = "knead; " + unit;  // never "solid", which marks a text
     bytes.resize(head_size, ' ');
     bytes.reserve(facets_at + facet_size * count);
     const auto append = [&](const auto& value) {

@@ -4,6 +4,7 @@
 #include "host/base/machine.h"
 #include "host/live/live_session.h"
 #include "host/scene/foresight.h"
+#include "host/scene/new_scene.h"
 #include "host/scene/scene_hands.h"
 #include "host/scene/seed.h"
 
@@ -36,7 +37,7 @@ std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
                                                  const std::vector<std::string>& settings,
                                                  std::size_t memory)
 {
-    return loaded({path, read_text(path, max_json_bytes), settings}, nullptr, memory, true);
+    return loaded({path, scene_text(path), settings}, nullptr, memory, true);
 }
 
 std::shared_ptr<const LiveScene> live_scene_of(const SceneSource& source,
@@ -54,7 +55,7 @@ std::vector<std::string> fitting_settings(const std::string& path,
                                           const std::vector<std::string>& settings,
                                           std::vector<std::string>& left_out)
 {
-    const std::string text = read_text(path, max_json_bytes);
+    const std::string text = scene_text(path);
     parse_scene(text, path);
     std::vector<std::string> fitting;
     for (const std::string& setting : settings) {
@@ -74,6 +75,14 @@ std::vector<int> splat_categories(const Scene& scene)
     std::vector<int> found;
     for (const Object& o : scene.objects)
         if (o.shape == ShapeKind::splats) found.push_back(o.category);
+    return found;
+}
+
+std::vector<int> splat_categories(const Document& document)
+{
+    std::vector<int> found;
+    for (const auto& o : document.objects)
+        if (o->source.shape == ShapeKind::splats) found.push_back(o->category);
     return found;
 }
 

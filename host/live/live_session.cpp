@@ -15,6 +15,8 @@
 #include "host/base/paths.h"
 #include "host/live/simulation_run.h"
 #include "host/scene/domain.h"
+#include "host/scene/new_scene.h"
+#include "host/session/scene_export.h"
 #include "host/solver/audit.h"
 
 namespace knead {
@@ -226,6 +228,8 @@ CommandAnswer LiveSession::apply(const Issued& issued)
             begin_file(open->file, open->settings, open->cells.value_or(0));
     } else if (const Save* to = std::get_if<Save>(&command)) {
         return {save(*to), command};
+    } else if (const Export* one = std::get_if<Export>(&command)) {
+        return {start_export(*one), with_ids(*document, command)};
     } else if (const SetLattice* lattice = std::get_if<SetLattice>(&command)) {
         begin_file(scene->scene.path, scene->settings, lattice->cells);
     } else if (std::holds_alternative<Reset>(command)) {
@@ -292,7 +296,7 @@ void LiveSession::run_thread()
     tasks.clear();
     done.notify_all();
     lock.unlock();
-    preparing = {}, hashing = {};  // wait: they use the run
+    preparing = {}, hashing = {}, exporting = {};  // wait
     end_log();
     run.reset();  // on the thread that made it
 }
@@ -464,6 +468,12 @@ void LiveSession::open_session(const std::string& name)
         writer->add_beginning(past.current(), past.resident());
     }
     run->play(false);  // recorded hands would begin again
+    // Of a log the end is missing after a crash. The file is not replaced by what is left of it.
+    if (const std::string& broken = file.chunks().broken_by(); !is_log && !broken.empty()) {
+        saved_as.clear();
+        refuse(fmt::format("{}: the file is damaged behind its first {} step{}: {}", name,
+                           past.count(), past.count() == 1 ? "" : "s", broken));
+    }
 }
 
 // With the state that a checkpoint has, not with the scene's beginning.
@@ -491,6 +501,40 @@ std::optional<Refusal> LiveSession::save(const Save& command)
     writer->save(to, command.input.value_or(true), past.count() > 0 ? past.current().id : 0,
                  run->stored_state(frames), written);
     return {};
+}
+
+// Of the published state, on another thread: frames go on. One file after the other.
+std::optional<Refusal> LiveSession::start_export(const Export& command)
+{
+    constexpr int most = 4;  // each holds a state
+    if (exports_waiting >= most) return Refusal{"the exports before it are not written yet", ""};
+    const auto plan = export_plan(*run->document(), command);
+    if (const Refusal* why_not = std::get_if<Refusal>(&plan)) return *why_not;
+    const std::string to = fs::absolute(command.file).string();
+    ShownScene shown = run->shown(published.load());
+    exporting = std::async(std::launch::async,
+                           [this, before = std::move(exporting), plan = std::get<ExportPlan>(plan),
+                            shown = std::move(shown), to]() mutable {
+                               if (before.valid()) before.wait();
+                               before = {};
+                               std::string why;
+                               try {
+                                   write_export(to, plan, shown);
+                               } catch (...) {
+                                   why = reason_of(std::current_exception());
+                               }
+                               shown = {};  // releases the state
+                               post([this, to, why] { end_export(to, why); });
+                           });
+    ++exports_waiting;
+    return {};
+}
+
+void LiveSession::end_export(const std::string& file, const std::string& why)
+{
+    --exports_waiting;
+    if (!why.empty()) return refuse(fmt::format("{}: {}", Row<Export>::row.label, why));
+    exported = file, ++exports;
 }
 
 // Of each 60th frame, on another thread: a replay compares it.
@@ -610,9 +654,11 @@ void LiveSession::publish()
     if (writer) {
         state->situation.no_save.clear();
         state->log = writer->state();
-        state->unsaved = writer->changed();
+        const bool open = past.count() > 0 && !past.current().captured;
+        state->unsaved = writer->changed() || open;
     }
     state->saved_as = saved_as;
+    state->exported = exported, state->exports = exports;
     published.store(std::move(state));
     if (options.published) options.published();
 }
@@ -639,7 +685,7 @@ void LiveSession::begin_file(const std::string& path, const std::vector<std::str
                              int cells)
 {
     std::vector<std::string> wanted = settings, left_out;
-    if (cells > 0) wanted.push_back(cells_setting(read_json(path), cells));
+    if (cells > 0) wanted.push_back(cells_setting(parse_json(scene_text(path), path), cells));
     wanted = fitting_settings(path, wanted, left_out);
     begin(load_live_scene(path, wanted, options.memory));
     if (!left_out.empty())

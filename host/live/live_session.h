@@ -38,8 +38,8 @@ struct LiveScene {
     std::vector<std::string> settings;   // --set, as given
     std::string text;                    // of the scene's file
 };
-// Loads a scene as `knead run` does. `memory`: limit [bytes]; 0: what is free. Throws InputError,
-// MemoryError.
+// Loads a scene as `knead run` does, or the empty table (host/scene/new_scene.h). `memory`: limit
+// [bytes]; 0: what is free. Throws InputError, MemoryError.
 std::shared_ptr<const LiveScene> load_live_scene(const std::string& path,
                                                  const std::vector<std::string>& settings = {},
                                                  std::size_t memory = 0);
@@ -58,6 +58,7 @@ std::vector<std::string> fitting_settings(const std::string& path,
                                           std::vector<std::string>& left_out);
 // Categories of clay that is drawn as splats.
 std::vector<int> splat_categories(const Scene& scene);
+std::vector<int> splat_categories(const Document& document);
 
 struct LiveOptions {
     std::function<std::unique_ptr<Simulator>(const Setup&)>
@@ -156,7 +157,9 @@ struct LiveState {
     Situation situation;            // on which commands depend; its document is `document`
     JournalState log;               // the working log; its `file` is "" if there is none
     std::string saved_as;           // file of the last save; "": none
-    bool unsaved = false;           // there are steps since
+    bool unsaved = false;           // there are steps since, or one has begun
+    std::string exported;           // file of the last export that was written; "": none
+    int exports = 0;                // number of exports written so far
 };
 
 // A command as it was applied.
@@ -248,6 +251,8 @@ class LiveSession {
     void execute(const Issued& issued);
     CommandAnswer apply(const Issued& issued);
     std::optional<Refusal> save(const Save& command);
+    std::optional<Refusal> start_export(const Export& command);
+    void end_export(const std::string& file, const std::string& why);
     void open_session(const std::string& file);
     void begin_past();
     void begin_log();
@@ -295,7 +300,9 @@ class LiveSession {
     std::future<HashEvent> hashing;         // destroyed before the run
     std::shared_ptr<const std::vector<StepInfo>> step_list;
     long steps_version = 0;  // of the past, of `step_list`
-    std::string saved_as;
+    std::string saved_as, exported;
+    int exports = 0, exports_waiting = 0;
+    std::future<void> exporting;  // the last; each waits for the one before it
     int history = 0, refused = 0;
     long version = 0, answered = 0;
     std::string refusal, failure;

@@ -449,8 +449,32 @@ void SimulationRun::LaterState::read()
     }
 }
 
+// The published Gaussians on a device do not name their objects: they are read from a snapshot.
+ShownScene SimulationRun::shown(std::shared_ptr<const LiveState> state)
+{
+    ShownScene all;
+    all.document = document(), all.origin = scene->scene.origin;
+    all.numbers = editor->numbers().number;
+    all.splats = state->splats;
+    if (state->gaussians_on_device && editable) {
+        if (read.valid()) read.wait();
+        read =
+            std::async(std::launch::async, [of = editable, then = editable->snapshot()]() mutable {
+                SnapshotData data = of->held(*then);
+                then.reset();  // before the simulator
+                return std::move(data.gaussians);
+            }).share();
+        all.gaussians = [made = read] { return made.get(); };
+    } else if (state->gaussians) {
+        all.gaussians = [state] { return *state->gaussians; };
+    }
+    all.surface = [state = std::move(state)] { return meshes_of(*state); };
+    return all;
+}
+
 SimulationRun::~SimulationRun()
 {
+    if (read.valid()) read.wait();
     for (const std::weak_ptr<LaterState>& one : later_states)
         if (const std::shared_ptr<LaterState> later = one.lock()) later->read();
 }

@@ -13,6 +13,7 @@
 #include "host/paging/scene_splats.h"
 #include "host/scene/seed.h"
 #include "host/session/scene_editor.h"
+#include "host/session/scene_export.h"
 #include "host/session/scene_history.h"
 
 namespace knead {
@@ -64,6 +65,9 @@ class SimulationRun {
     // also after the run.
     std::function<StoredState()> stored_state(long frames) const;
     std::size_t stored_bytes() const;  // about
+    // What an export of the state after the last frame or command writes. May be used on any
+    // thread, also after the run.
+    ShownScene shown(std::shared_ptr<const LiveState> state);
     // Goes on from a state of the same scene, or from a step. Throws std::invalid_argument.
     void go_on(const StoredState& state);
     void go_on(StepId step);
@@ -171,6 +175,7 @@ class SimulationRun {
     // Planned by a thread: splats to split and to add. Destroyed before the solver.
     long edits = 0, planned_edits = 0;  // edits made so far, and when the plan began
     std::future<UpkeepPlan> plan;
+    std::shared_future<std::vector<Gaussian<double>>> read;  // of an export; uses the solver
     mutable std::vector<std::weak_ptr<LaterState>> later_states;
 };
 

@@ -34,7 +34,7 @@ class Journal {
     struct Options {
         // [s]; sooner where a quarter of longest_queue waits. With what SessionWriter holds back
         // and the time to write, less than 1 s.
-        double commit_every = 0.7;
+        double commit_every = 0.5;
         // Without what is being written [bytes]. A single chunk that is larger waits all the same.
         std::size_t longest_queue = std::size_t(64) << 20;
     };

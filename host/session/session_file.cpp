@@ -23,6 +23,7 @@
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
 #include "host/document/document_text.h"
+#include "host/scene/new_scene.h"
 
 namespace knead {
 namespace {
@@ -722,6 +723,7 @@ bool begins_older_checkpoint(std::string_view start)
 
 bool is_session(const std::string& file)
 {
+    if (file == new_scene_name) return false;
     const std::string start = read_start(file, 16);
     if (begins_older_checkpoint(start)) refuse_older_checkpoint(file);
     return begins_session(start);

@@ -96,6 +96,8 @@ std::vector<Command> drawn(long count, std::uint64_t seed)
                     if constexpr (std::is_same_v<T, ObjectRef>) real(value);
                     if constexpr (std::is_same_v<T, std::vector<ObjectRef>>)
                         for (ObjectRef& one : value) real(one);
+                    if constexpr (std::is_same_v<T, std::optional<std::vector<ObjectRef>>>)
+                        for (std::size_t i = 0; value && i < value->size(); ++i) real((*value)[i]);
                 });
             },
             all.back());

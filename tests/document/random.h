@@ -1,6 +1,7 @@
 // Random commands and documents, made from the table of commands alone: a new command, or a new
 // field, is drawn without a change here.
 #pragma once
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "host/document/command_table.h"
+#include "host/document/export_plan.h"
 #include "host/document/reduce.h"
 #include "host/scene/names.h"
 #include "host/scene/object_json.h"
@@ -240,6 +242,9 @@ struct RandomFields {
             text = r.one_in(3) ? "" : r.of(tool_names());
         else if (key == "name")
             text = random_name(r, by);
+        else if (key == "file" && r.one_in(2))
+            text =
+                std::string("text") + r.of(std::array{".glb", ".ply", ".stl", ".splat", ".knead"});
         else
             text = by.text ? random_text(r) : "text";
         if (wild()) text = r.one_in(2) ? std::string(1001, 'x') : random_text(r);
@@ -288,6 +293,16 @@ struct RandomFields {
     void operator()(const F&, ContactMode& mode) const
     {
         mode = r.of(contact_modes).second;
+    }
+    template <class F>
+    void operator()(const F&, ExportContent& what) const
+    {
+        what = r.of(export_contents).second;
+    }
+    template <class F>
+    void operator()(const F&, LengthUnit& unit) const
+    {
+        unit = r.of(length_units).second;
     }
     template <class F>
     void operator()(const F&, Side& side) const

@@ -46,6 +46,24 @@ TEST_F(Files, MeshesSurviveEveryFormat)
     EXPECT_EQ(convert_verb(c), exit_ok);
 }
 
+TEST_F(Files, CategoriesOfNamedMeshesAreReadBackFromAGlb)
+{
+    std::vector<Mesh> meshes(3, tetrahedron());
+    meshes[0].category = 0, meshes[1].category = 7, meshes[2].category = 255;
+    const auto categories = [&](const std::string& file) {
+        std::vector<int> all;
+        for (const Mesh& mesh : read_mesh(path(file))) all.push_back(mesh.category);
+        return all;
+    };
+    write_mesh(path("plain.glb"), meshes);
+    write_mesh(path("named.glb"), meshes, {{"ball", "left block + lid", "category 3"}, "metres"});
+    EXPECT_EQ(categories("plain.glb"), (std::vector<int>{0, 7, 255}));
+    EXPECT_EQ(categories("named.glb"), (std::vector<int>{0, 7, 255})) << "before the name";
+    EXPECT_EQ(convert_verb({path("named.glb"), path("again.glb"), false, true}), exit_ok);
+    EXPECT_EQ(read_text(path("again.glb"), 1 << 20), read_text(path("plain.glb"), 1 << 20));
+    EXPECT_EQ(read_text(path("plain.glb"), 1 << 20).find("extras"), std::string::npos);
+}
+
 TEST_F(Files, AnEndingMayBeInCapitals)
 {
     const std::vector<Particle<double>> particles(2);

@@ -146,6 +146,16 @@ TEST(Gltf, WhatIsNotReadMayBeAnything)
     e.at("/animations") = {{{"channels", 7}}};
     e.at("/nodes/0/camera") = "front";
     EXPECT_EQ(e.refused(), "");
+    for (const char* extras :
+         {"3", "\"text\"", "[1, 2]", "null", R"({"category": "7"})", R"({"category": -1})",
+          R"({"category": 256})", R"({"category": 7.5})", R"({"category": {"category": 7}})",
+          R"({"targetNames": ["smile"]})"}) {
+        e.at("/meshes/0/extras") = Json::parse(extras);
+        EXPECT_EQ(e.refused(), "") << extras;
+        EXPECT_FALSE(parse_gltf(e.bytes(), "x.glb", GltfSkins::read).parts[0].category) << extras;
+    }
+    e.at("/meshes/0/extras") = {{"category", 255}, {"other", "text"}};
+    EXPECT_EQ(parse_gltf(e.bytes(), "x.glb", GltfSkins::read).parts[0].category, 255);
     e.at("/skins") = 7;
     EXPECT_EQ(e.refused(GltfSkins::ignored), "");
 }

@@ -152,6 +152,36 @@ TEST(MeshFile, ObjIsReadBackToTheBit)
     }
 }
 
+TEST(MeshFile, NamesAndUnitAreThoseOfTheLabels)
+{
+    const Folder place;
+    std::vector<Mesh> meshes = pair_of_meshes();
+    meshes.insert(meshes.begin() + 1, Mesh{});  // without triangles: left out, with its name
+    const MeshLabels labels{{"left block + \"ball\"", "none", "Töpfchen\n2"}, "millimetres"};
+    for (const char* form : {".glb", ".obj", ".ply", ".stl"})
+        write_mesh(place / ("two" + std::string(form)), meshes, labels);
+    tinygltf::TinyGLTF reader;
+    tinygltf::Model model;
+    std::string error, warning;
+    ASSERT_TRUE(reader.LoadBinaryFromFile(&model, &error, &warning, place / "two.glb")) << error;
+    ASSERT_EQ(model.meshes.size(), 2u);
+    for (std::size_t k = 0; k < 2; ++k) {
+        EXPECT_EQ(model.meshes[k].name, labels.names[2 * k]);
+        EXPECT_EQ(model.nodes[k].name, labels.names[2 * k]);
+        EXPECT_EQ(model.meshes[k].extras.Get("category").GetNumberAsInt(), k == 0 ? 0 : 7);
+    }
+    const std::string obj = text_of(place / "two.obj");
+    EXPECT_EQ(
+        obj.rfind("# knead; millimetres; vertex colours in sRGB\no left_block_+_\"ball\"\n", 0),
+        0u);
+    EXPECT_NE(obj.find("\no Töpfchen_2\n"), std::string::npos);
+    EXPECT_EQ(obj.find("none"), std::string::npos);
+    EXPECT_NE(text_of(place / "two.ply").find("\ncomment knead; millimetres; sRGB\n"),
+              std::string::npos);
+    EXPECT_EQ(text_of(place / "two.stl").rfind("knead; millimetres ", 0), 0u);
+    EXPECT_THROW(write_mesh(place / "two.obj", meshes, {{"one"}, "metres"}), std::invalid_argument);
+}
+
 TEST(MeshFile, PlyIsReadBackToTheBit)
 {
     const Folder place;

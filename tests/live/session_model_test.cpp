@@ -1,5 +1,5 @@
-// Sessions of random commands, gestures, undo, redo, go_to, reset, save, open and recovery, against
-// a reference that keeps whole copies of each step.
+// Sessions of random commands, gestures, undo, redo, go_to, reset, save, export, open and recovery,
+// against a reference that keeps whole copies of each step.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -504,6 +504,27 @@ class RandomSession {
         EXPECT_TRUE(equal(*state.document, *before.document));
         EXPECT_TRUE(same_rows(rows_of(state.state.contents.particles), *before.rows));
     }
+    // Changes neither clay nor document nor steps.
+    void write_export()
+    {
+        Export command;
+        command.file = folder + (r.one_in(4) ? "/no folder/a.obj" : "/a.obj");
+        if (const auto& objects = now.document->objects; r.one_in(2) && !objects.empty())
+            command.objects = {r.of(objects)->id};
+        const Clay before = now;
+        const auto state = session->state();
+        const std::size_t steps = reference.steps.size();
+        const Answer answer = apply(command);
+        EXPECT_EQ(reference.steps.size(), steps);
+        EXPECT_TRUE(same_rows(*now.rows, *before.rows));
+        EXPECT_TRUE(equal(*now.document, *before.document));
+        EXPECT_EQ(session->state()->unsaved, state->unsaved);
+        if (answer.refused) return;
+        EXPECT_TRUE(waited([&] {
+            const auto later = session->state();
+            return later->exports > state->exports || later->refused > state->refused;
+        }));
+    }
     static ClayRows rows_of(const std::vector<Particle<double>>& particles)
     {
         ClayRows rows = empty_rows(particles.size());
@@ -655,6 +676,8 @@ class RandomSession {
             go_to();
         else if (kind < 96)
             reset();
+        else if (kind < 98 && r.one_in(3))
+            write_export();
         else if (kind < 98)
             save();
         else if (kind < 99)

@@ -270,7 +270,10 @@ TEST_F(JournalTest, OnAFullDiskNothingThatMustBeKeptIsLostOnceThereIsRoom)
         EXPECT_FALSE(journal.flush());
         EXPECT_EQ(journal.state().trouble.find(file + ": cannot be written: "), 0u);
         EXPECT_GT(journal.state().waiting, 0u);
-        EXPECT_EQ(ids_in(file), up_to(1));
+        // The first may be committed before the others come.
+        const std::vector<std::uint64_t> kept = ids_in(file);
+        EXPECT_EQ(kept, up_to(kept.size()));
+        EXPECT_LT(kept.size(), 300u);
     }
     EXPECT_TRUE(comes([&] { return journal.state().trouble.empty(); }));
     EXPECT_EQ(ids_in(file), up_to(300));
