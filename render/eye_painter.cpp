@@ -61,24 +61,33 @@ class GlEyePainter final : public EyePainter {
     }
     void expect_splats(int width, int height) override { splats_.expect(width, height); }
     double splat_seconds() const override { return splats_.seconds(); }
-    void paint(const EyeView& view, const EyeLook& look, const EyeTarget& target, int eye) override;
+    void paint(const EyeView& view, const EyeLook& look, const EyeTarget& target, int eye,
+               const DrawBetween& between) override;
     std::string name() const override { return name_; }
 
   private:
-    void resize(int width, int height);
+    void resize(int width, int height, bool marked);
     void build_maps();
     void light(const EyeLook& look);
     void cast_shadows();
     void aim(const EyeView& view, const EyeLook& look);
-    void see(const EyeView& view, const EyeLook& look, const DrawnHidden& hidden);
-    void put_out(const EyeView& view, const EyeTarget& target, int eye);
+    void begin_eye(const EyeView& view);
+    void draw_clay(const EyeLook& look);
+    void draw_hands();
+    void draw_surroundings(const EyeView& view, const EyeLook& look);
+    void draw_between(const EyeView& view, const DrawnHidden& hidden, const DrawBetween& between);
+    void see(const EyeView& view, const EyeLook& look, const DrawnHidden& hidden,
+             const DrawBetween& between);
+    void put_out(const EyeView& view, const EyeTarget& target, int eye, bool marked);
 
     int samples_;
     std::string name_;
     Program shadow_, scene_, ground_, backdrop_, hide_, output_;
+    Program marked_output_;  // made when first used
     Texture key_map_ = shadow_maps(key_side, 1);
     Texture zenith_map_ = shadow_maps(zenith_side, 1);
     Texture colours_, depths_;
+    Texture marks_;  // 1: no splat covers this sample; made when first used
     Framebuffer key_frame_ = framebuffer(), zenith_frame_ = framebuffer();
     Framebuffer frame_ = framebuffer();
     Buffer lamps_ = buffer(), view_ = buffer();
@@ -113,8 +122,9 @@ GlEyePainter::GlEyePainter(int samples, bool share) : samples_(samples), sharing
                         {head, common, shading, tones, live_backdrop_fragment}, "live backdrop");
     hide_ =
         program({head, common, live_hidden_vertex}, {head, live_hidden_fragment}, "live hidden");
-    output_ =
-        program({head, screen_vertex}, {head, common, tones, live_output_fragment}, "live output");
+    output_ = program({head, screen_vertex},
+                      {head, common, tones, live_output_without_marks, live_output_fragment},
+                      "live output");
     build_maps();
     glNamedBufferStorage(lamps_, live_lamps * sizeof(Lamp), nullptr, GL_DYNAMIC_STORAGE_BIT);
     glNamedBufferStorage(view_, sizeof(ViewBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
@@ -159,9 +169,10 @@ void GlEyePainter::set_hands(const std::vector<HandLook>& hands)
 }
 
 // Grows only: both eyes of a headset use the same textures.
-void GlEyePainter::resize(int width, int height)
+void GlEyePainter::resize(int width, int height, bool marked)
 {
-    if (width <= width_ && height <= height_) return;
+    marked = marked || marks_;
+    if (width <= width_ && height <= height_ && marked == bool(marks_)) return;
     const int w = std::max(width, width_), h = std::max(height, height_);
     width_ = height_ = 0;
     const auto target = [&](GLenum format) {
@@ -169,17 +180,19 @@ void GlEyePainter::resize(int width, int height)
         glTextureStorage2DMultisample(made, samples_, format, w, h, GL_TRUE);
         return made;
     };
-    colours_ = {}, depths_ = {};
+    colours_ = {}, depths_ = {}, marks_ = {};
     colours_ = target(GL_SRGB8_ALPHA8);
     depths_ = target(GL_DEPTH_COMPONENT32F);
+    if (marked) marks_ = target(GL_R8);
     glNamedFramebufferTexture(frame_, GL_COLOR_ATTACHMENT0, colours_, 0);
+    glNamedFramebufferTexture(frame_, GL_COLOR_ATTACHMENT1, marks_, 0);
     glNamedFramebufferTexture(frame_, GL_DEPTH_ATTACHMENT, depths_, 0);
     bool fits = true;
     while (glGetError() != GL_NO_ERROR) fits = false;
     fits = fits &&
            glCheckNamedFramebufferStatus(frame_, GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
     if (!fits) {
-        colours_ = {}, depths_ = {};
+        colours_ = {}, depths_ = {}, marks_ = {};
         throw PictureError("no room for a live picture of " + std::to_string(w) + " x " +
                            std::to_string(h) + " pixels on " + name_);
     }
@@ -259,23 +272,20 @@ void GlEyePainter::aim(const EyeView& view, const EyeLook& look)
     glNamedBufferSubData(view_, 0, sizeof block, &block);
 }
 
-void GlEyePainter::see(const EyeView& view, const EyeLook& look, const DrawnHidden& hidden)
+void GlEyePainter::begin_eye(const EyeView& view)
 {
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, frame_);
     glViewport(0, 0, view.width, view.height);
     glEnable(GL_FRAMEBUFFER_SRGB);
     glDepthFunc(GL_GEQUAL);
-    const float zero[4] = {0, 0, 0, 0};
-    glClearNamedFramebufferfv(frame_, GL_COLOR, 0, zero);
-    glClearNamedFramebufferfv(frame_, GL_DEPTH, 0, zero);
-    if (hidden.any()) {
-        glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-        glUseProgram(hide_);
-        hidden.draw();
-        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-    }
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, lamps_);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 1, view_);
     glBindTextureUnit(0, key_map_);
     glBindTextureUnit(1, zenith_map_);
+}
+
+void GlEyePainter::draw_clay(const EyeLook& look)
+{
     glUseProgram(scene_);
     glUniform1f(1, 1);
     glUniform1f(3, look.extrapolation);
@@ -284,11 +294,20 @@ void GlEyePainter::see(const EyeView& view, const EyeLook& look, const DrawnHidd
         set_glow(part.category == look.highlight ? selected_glow : Vec3<float>{0, 0, 0});
         if (part.seen) clay_.draw(k);
     }
+}
+
+void GlEyePainter::draw_hands()
+{
+    glUseProgram(scene_);
     for (const DrawnHand& hand : drawn_hands_) {
         glUniform1f(1, clamp(hand.opacity, 0.0f, 1.0f));
         set_glow(hand.glow);
         if (hand.opacity > 0) hands_.draw(hand.ranges.seen);
     }
+}
+
+void GlEyePainter::draw_surroundings(const EyeView& view, const EyeLook& look)
+{
     glBindVertexArray(nothing_);
     if (look.floor_seen && view.position.y > look.floor) {
         glUseProgram(ground_);
@@ -301,16 +320,58 @@ void GlEyePainter::see(const EyeView& view, const EyeLook& look, const DrawnHidd
     }
 }
 
-void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, int eye)
+void GlEyePainter::draw_between(const EyeView& view, const DrawnHidden& hidden,
+                                const DrawBetween& between)
+{
+    const GLenum buffers[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    const float zero[4] = {0, 0, 0, 0};
+    glNamedFramebufferDrawBuffers(frame_, 2, buffers);
+    glClearNamedFramebufferfv(frame_, GL_COLOR, 1, zero);
+    EyeTarget target{frame_};
+    target.linear = true;
+    between(target);
+    glNamedFramebufferDrawBuffers(frame_, 1, buffers);
+    set_state();
+    begin_eye(view);
+    if (!hidden.any()) return;
+    // Marks the hidden area again where it was drawn over.
+    glDepthFunc(GL_ALWAYS);
+    glUseProgram(hide_);
+    hidden.draw();
+    glDepthFunc(GL_GEQUAL);
+}
+
+void GlEyePainter::see(const EyeView& view, const EyeLook& look, const DrawnHidden& hidden,
+                       const DrawBetween& between)
+{
+    begin_eye(view);
+    const float zero[4] = {0, 0, 0, 0};
+    glClearNamedFramebufferfv(frame_, GL_COLOR, 0, zero);
+    glClearNamedFramebufferfv(frame_, GL_DEPTH, 0, zero);
+    if (hidden.any()) {
+        glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+        glUseProgram(hide_);
+        hidden.draw();
+        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    }
+    draw_clay(look);
+    if (!between) draw_hands();
+    draw_surroundings(view, look);
+    if (!between) return;
+    draw_between(view, hidden, between);
+    draw_hands();
+}
+
+void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, int eye, bool marked)
 {
     const DrawnSplats& splats = splats_.of(eye);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer);
     glViewport(target.x, target.y, view.width, view.height);
     (target.linear ? glEnable : glDisable)(GL_FRAMEBUFFER_SRGB);
     glDepthFunc(GL_ALWAYS);
-    glUseProgram(output_);
-    const GLuint sources[] = {colours_, depths_, splats.colour_name, splats.depth_name};
-    glBindTextures(0, 4, sources);
+    glUseProgram(marked ? marked_output_ : output_);
+    const GLuint sources[] = {colours_, depths_, splats.colour_name, splats.depth_name, marks_};
+    glBindTextures(0, marked ? 5 : 4, sources);
     glUniform4f(1, float(target.x), float(target.y), float(view.width), float(view.height));
     glUniform1i(2, target.linear);
     glUniform1i(3, splats.colour_name != 0);
@@ -320,22 +381,30 @@ void GlEyePainter::put_out(const EyeView& view, const EyeTarget& target, int eye
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void GlEyePainter::paint(const EyeView& view, const EyeLook& look, const EyeTarget& target, int eye)
+void GlEyePainter::paint(const EyeView& view, const EyeLook& look, const EyeTarget& target, int eye,
+                         const DrawBetween& between)
 {
     check(view, look);
     const DrawnHidden& hidden = hidden_.at(std::size_t(eye));
     if (glCheckNamedFramebufferStatus(target.framebuffer, GL_DRAW_FRAMEBUFFER) !=
         GL_FRAMEBUFFER_COMPLETE)
         throw PictureError("the framebuffer that is to be drawn into is not complete");
-    resize(view.width, view.height);
+    const bool marked = bool(between);
+    resize(view.width, view.height, marked);
+    if (marked && !marked_output_) {
+        const std::string head = live_constants(samples_);
+        marked_output_ = program({head, screen_vertex},
+                                 {head, common, tones, live_output_marks, live_output_fragment},
+                                 "live output with marks");
+    }
     set_state();
     light(look);
     aim(view, look);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, lamps_);
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, view_);
     cast_shadows();
-    see(view, look, hidden);
-    put_out(view, target, eye);
+    see(view, look, hidden, between);
+    put_out(view, target, eye, marked);
     reset_state();
 }
 

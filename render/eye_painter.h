@@ -3,6 +3,7 @@
 // every frame of a window or headset.
 #pragma once
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -122,8 +123,17 @@ class EyePainter {
     // GL state on entry is allowed; on return the framebuffer is bound, its viewport set, and all
     // other state used has the defaults of a new context. Throws PictureError if out of memory,
     // std::invalid_argument for an invalid view.
+    //
+    // `between`, if not empty, is called once everything except the hands is drawn, and draws into
+    // the target that it is given: the painter's own multisampled framebuffer, with linear values
+    // and the depths above. That framebuffer is then bound with its viewport, depth test, sRGB
+    // encoding and GL_ZERO_TO_ONE on; any state may be left, but the attachments must stay. Its
+    // fragments write a colour times alpha (output 0), 1 (output 1) and their depth. Where they
+    // pass the depth test, e.g. everywhere with GL_ALWAYS, they replace clay, floor and splats,
+    // nearer ones too; hands are then drawn with depth test against them.
+    using DrawBetween = std::function<void(const EyeTarget& target)>;
     virtual void paint(const EyeView& view, const EyeLook& look, const EyeTarget& target,
-                       int eye = 0) = 0;
+                       int eye = 0, const DrawBetween& between = {}) = 0;
     virtual std::string name() const = 0;  // the GL renderer
 };
 

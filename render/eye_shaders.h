@@ -176,11 +176,20 @@ void main() {
 }
 )";
 constexpr const char* live_hidden_fragment = R"(
-void main() {}
+out vec4 radiance;
+void main() { radiance = vec4(0); }
 )";
 
 // Resolves the samples to the caller's pixels: mean colour and nearest depth. Composites splats
-// over the samples behind them, in display (sRGB) space as splat files define it.
+// over the samples behind them, in display (sRGB) space as splat files define it; not over marked
+// samples.
+constexpr const char* live_output_without_marks = R"(
+bool is_marked(ivec2 at, int s) { return false; }
+)";
+constexpr const char* live_output_marks = R"(
+layout(binding = 4) uniform sampler2DMS marks;
+bool is_marked(ivec2 at, int s) { return texelFetch(marks, at, s).r > 0.5; }
+)";
 constexpr const char* live_output_fragment = R"(
 layout(binding = 0) uniform sampler2DMS colours;
 layout(binding = 1) uniform sampler2DMS depths;
@@ -204,7 +213,7 @@ void main() {
         if (hidden && depth == 1 && colour.a == 0) continue;
         sum += colour;
         nearest = max(nearest, depth);
-        found[seen++] = depth;
+        found[seen++] = is_marked(at, s) ? 1e30 : depth;
     }
     tone = vec4(0);
     gl_FragDepth = 0;

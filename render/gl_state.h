@@ -21,7 +21,7 @@ inline void set_state()
     glDepthRangef(0, 1);
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-    glBindSamplers(0, 4, nullptr);
+    glBindSamplers(0, 5, nullptr);
 }
 inline void reset_state()
 {
@@ -31,7 +31,7 @@ inline void reset_state()
     glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
     glUseProgram(0);
     glBindVertexArray(0);
-    glBindTextures(0, 4, nullptr);
+    glBindTextures(0, 5, nullptr);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, 0);
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, 0);
 }

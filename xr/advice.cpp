@@ -76,9 +76,12 @@ std::string known_advice()
 
 }  // namespace
 
-std::string start_advice()
+std::string start_advice(XrResult result)
 {
-    std::string known = known_advice();
+    if (result == XR_ERROR_API_LAYER_NOT_PRESENT)
+        return "install the layers named in XR_ENABLE_API_LAYERS (\"" +
+               variable("XR_ENABLE_API_LAYERS") + "\"), or unset it";
+    const std::string known = known_advice();
     if (!known.empty()) return known;
     return "start SteamVR, WiVRn or Monado and make it the active runtime, or name its file by "
            "XR_RUNTIME_JSON";

@@ -57,8 +57,9 @@ std::vector<std::string> offered_extensions(PFN_xrGetInstanceProcAddr loader)
              listed(before.extensions, blank, static_cast<const char*>(nullptr)))
             names.push_back(one.extensionName);
     } catch (const XrFailure& e) {
-        throw HeadsetError(std::string("no OpenXR runtime answers (") + e.what() + "): " +
-                           start_advice() + "; XR_LOADER_DEBUG=all says where it was looked for");
+        throw HeadsetError(std::string("no OpenXR runtime answers (") + e.what() +
+                           "): " + start_advice(e.code) +
+                           "; XR_LOADER_DEBUG=all says where it was looked for");
     }
     return names;
 }
@@ -104,7 +105,7 @@ void Instance::create(const std::vector<std::string>& names)
         api.create_instance(&about, &made);
     } catch (const XrFailure& e) {
         throw HeadsetError(std::string("the OpenXR runtime does not start (") + e.what() +
-                           "): " + start_advice());
+                           "): " + start_advice(e.code));
     }
     api.instance = made;
     auto properties = typed<XrInstanceProperties>(XR_TYPE_INSTANCE_PROPERTIES);

@@ -82,6 +82,13 @@ std::string joined(const std::vector<std::string>& words)
     return words.empty() ? "none" : fmt::format("{}", fmt::join(words, " "));
 }
 
+std::string offer(const RuntimeInfo& facts)
+{
+    const std::string text = fmt::format("{}; the runtime of {} offers {}", facts.headset,
+                                         facts.manifest, joined(facts.used));
+    return facts.missing.empty() ? text : text + "; not " + joined(facts.missing);
+}
+
 // Requires a responding headset, not only an installed runtime.
 Json openxr_finding()
 {
@@ -90,10 +97,7 @@ Json openxr_finding()
     const std::string named =
         facts.manifest.empty() ? "" : " (the runtime is named by " + facts.manifest + ")";
     Json of = finding("OpenXR", facts.runtime && facts.reason.empty(),
-                      facts.reason.empty()
-                          ? fmt::format("{}; the runtime of {} offers {}; not {}", facts.headset,
-                                        facts.manifest, joined(facts.used), joined(facts.missing))
-                          : facts.reason + named + without);
+                      facts.reason.empty() ? offer(facts) : facts.reason + named + without);
     of["loader"] = facts.loader, of["runtime"] = facts.manifest, of["headset"] = facts.headset;
     of["extensions"] = facts.used, of["missing"] = facts.missing;
     return of;

@@ -19,7 +19,11 @@ struct Glfw {
     decltype(&glfwWaitEventsTimeout) wait;
     decltype(&glfwPostEmptyEvent) wake;
     decltype(&glfwGetWindowAttrib) attribute;
-    decltype(&glfwWindowShouldClose) should_close;
+    decltype(&glfwSetWindowShouldClose) set_should_close;
+    decltype(&glfwSetWindowTitle) set_title;
+    decltype(&glfwGetWindowContentScale) content_scale;
+    decltype(&glfwGetClipboardString) clipboard;
+    decltype(&glfwSetClipboardString) set_clipboard;
     decltype(&glfwGetFramebufferSize) framebuffer_size;
     decltype(&glfwGetWindowSize) window_size;
     decltype(&glfwSetWindowUserPointer) set_user;
@@ -33,6 +37,11 @@ struct Glfw {
     decltype(&glfwSetWindowRefreshCallback) on_refresh;
     decltype(&glfwSetFramebufferSizeCallback) on_size;
     decltype(&glfwSetWindowIconifyCallback) on_iconify;
+    decltype(&glfwSetWindowContentScaleCallback) on_content_scale;
+    decltype(&glfwSetWindowCloseCallback) on_close;
+    decltype(&glfwSetWindowFocusCallback) on_focus;
+    decltype(&glfwSetCursorEnterCallback) on_enter;
+    decltype(&glfwSetDropCallback) on_drop;
 };
 
 // Throws ResourceError if there is no GLFW 3.3 or no screen.

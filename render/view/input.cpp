@@ -13,15 +13,53 @@
 namespace knead {
 namespace {
 
-const std::map<std::string, int> key_names{
-    {"space", key_space}, {"escape", key_escape},       {"enter", key_enter},
-    {"tab", key_tab},     {"backspace", key_backspace}, {"delete", key_delete},
-    {"right", key_right}, {"left", key_left},           {"down", key_down},
-    {"up", key_up},       {"home", key_home},           {"end", key_end},
-    {"f12", key_f12},     {"shift", key_shift},         {"control", key_control},
-    {"alt", key_alt},     {"super", key_super}};
+const std::map<std::string, int> key_names{{"space", key_space},
+                                           {"escape", key_escape},
+                                           {"enter", key_enter},
+                                           {"tab", key_tab},
+                                           {"backspace", key_backspace},
+                                           {"insert", key_insert},
+                                           {"delete", key_delete},
+                                           {"right", key_right},
+                                           {"left", key_left},
+                                           {"down", key_down},
+                                           {"up", key_up},
+                                           {"page_up", key_page_up},
+                                           {"page_down", key_page_down},
+                                           {"home", key_home},
+                                           {"end", key_end},
+                                           {"keypad_enter", key_keypad_enter},
+                                           {"shift", key_shift},
+                                           {"control", key_control},
+                                           {"alt", key_alt},
+                                           {"super", key_super},
+                                           {"right_shift", key_right_shift},
+                                           {"right_control", key_right_control},
+                                           {"right_alt", key_right_alt},
+                                           {"right_super", key_right_super},
+                                           {"comma", ','},
+                                           {"period", '.'},
+                                           {"minus", '-'},
+                                           {"equal", '='},
+                                           {"slash", '/'},
+                                           {"number_sign", '#'},
+                                           {"f1", key_f1},
+                                           {"f2", key_f1 + 1},
+                                           {"f3", key_f1 + 2},
+                                           {"f4", key_f1 + 3},
+                                           {"f5", key_f1 + 4},
+                                           {"f6", key_f1 + 5},
+                                           {"f7", key_f1 + 6},
+                                           {"f8", key_f1 + 7},
+                                           {"f9", key_f1 + 8},
+                                           {"f10", key_f1 + 9},
+                                           {"f11", key_f1 + 10},
+                                           {"f12", key_f12}};
 const std::map<std::string, int> button_names{
     {"left", button_left}, {"right", button_right}, {"middle", button_middle}};
+
+// Of ASCII, other than the space.
+bool is_graphic(char c) { return c > ' ' && c < 0x7f; }
 
 struct Line {
     std::istringstream words;
@@ -55,19 +93,48 @@ struct Line {
         const std::string found = word(expected);
         const auto at = names.find(found);
         if (at != names.end()) return at->second;
-        if (&names == &key_names && found.size() == 1 && std::isalnum((unsigned char)found[0]))
+        if (&names == &key_names && found.size() == 1 && is_graphic(found[0]))
             return std::toupper((unsigned char)found[0]);
         refuse(expected, found);
+    }
+    // Without spaces at both ends.
+    std::string rest(const std::string& expected)
+    {
+        std::string found;
+        std::getline(words >> std::ws, found);
+        found.erase(found.find_last_not_of(" \t\r") + 1);
+        if (found.empty()) refuse(expected, "the line's end");
+        return found;
     }
 };
 
 }  // namespace
 
+int key_code(int key, const char* name)
+{
+    // Digits are used as a row, whatever is printed above them. The keypad, beyond ASCII, types
+    // digits as well.
+    const bool by_place = key > 0x7f || key == key_space || (key >= '0' && key <= '9');
+    if (by_place || !name || !is_graphic(name[0]) || name[1] != 0) return key;
+    return std::toupper((unsigned char)name[0]);
+}
+
+int KeyCodes::press(int scancode, int key, const char* name)
+{
+    return down_[scancode] = key_code(key, name);
+}
+
+int KeyCodes::release(int scancode, int key, const char* name)
+{
+    const auto pressed = down_.extract(scancode);
+    return pressed ? pressed.mapped() : key_code(key, name);
+}
+
 void InputState::begin_frame()
 {
-    pressed_.clear(), pressed_alone_.clear(), text_.clear();
-    for (std::vector<int>& one : pressed_control_) one.clear();
+    pressed_.clear(), text_.clear(), dropped_.clear();
     clicked_ = {};
+    close_ = false;
     moved_x_ = moved_y_ = wheel_ = 0;
 }
 
@@ -87,11 +154,8 @@ void InputState::take(const InputEvent& e)
         case InputEvent::key:
             if (!in(e.code)) return;
             keys_[std::size_t(e.code)] = e.down;
-            if (!e.down) break;
-            pressed_.push_back(e.code);
-            // Checked at the press: both keys may be released by the end of the frame.
-            if (!combining()) pressed_alone_.push_back(e.code);
-            if (control() && !other_held()) pressed_control_[shift()].push_back(e.code);
+            // Modifiers at the press: all keys may be released by the end of the frame.
+            if (e.down) pressed_.push_back({{e.code, control(), shift(), alt()}, super()});
             break;
         case InputEvent::wheel:
             wheel_ += e.y;
@@ -99,31 +163,42 @@ void InputState::take(const InputEvent& e)
         case InputEvent::text:
             text_.push_back(e.code);
             break;
+        case InputEvent::enter:
+        case InputEvent::leave:
+            inside_ = e.kind == InputEvent::enter;
+            break;
+        case InputEvent::unfocus:
+            keys_ = {}, buttons_ = {};
+            break;
+        case InputEvent::drop:
+            dropped_.push_back(e.file);
+            break;
+        case InputEvent::close:
+            close_ = true;
+            break;
         case InputEvent::screenshot:
         case InputEvent::lose:
             break;
     }
 }
 
-bool InputState::pressed(int key) const
+bool InputState::went_down(int key) const
 {
-    return std::find(pressed_.begin(), pressed_.end(), key) != pressed_.end();
+    return std::any_of(pressed_.begin(), pressed_.end(),
+                       [&](const Press& p) { return p.chord.key == key; });
 }
 
-bool InputState::pressed_alone(int key) const
+bool InputState::pressed(const Chord& c) const
 {
-    return std::find(pressed_alone_.begin(), pressed_alone_.end(), key) != pressed_alone_.end();
+    return std::any_of(pressed_.begin(), pressed_.end(), [&](const Press& p) {
+        return p.chord.key == c.key && p.chord.control == c.control && p.chord.shift == c.shift &&
+               p.chord.alt == c.alt && !p.super;
+    });
 }
 
-bool InputState::pressed_control(int key, bool with_shift) const
+bool InputState::typed(int character) const
 {
-    const std::vector<int>& all = pressed_control_[with_shift];
-    return std::find(all.begin(), all.end(), key) != all.end();
-}
-
-bool InputState::other_held() const
-{
-    return held(key_alt) || held(key_right_alt) || held(key_super) || held(key_right_super);
+    return std::find(text_.begin(), text_.end(), character) != text_.end();
 }
 
 InputScript InputScript::read(const std::string& path)
@@ -170,6 +245,13 @@ InputScript InputScript::parse(const std::string& text, const std::string& path)
         } else if (kind == "text") {
             e.kind = InputEvent::text;
             for (const char letter : line.word("a word")) e.code = (unsigned char)letter, add(e);
+        } else if (kind == "drop") {
+            e.kind = InputEvent::drop;
+            e.file = line.rest("a file");
+            add(e);
+        } else if (kind == "close") {
+            e.kind = InputEvent::close;
+            add(e);
         } else if (kind == "screenshot") {
             e.kind = InputEvent::screenshot;
             e.file = line.word("a file");
@@ -178,7 +260,7 @@ InputScript InputScript::parse(const std::string& text, const std::string& path)
             e.kind = InputEvent::lose;
             add(e);
         } else {
-            line.refuse("move, button, key, wheel, text, screenshot or lose", kind);
+            line.refuse("move, button, key, wheel, text, drop, close, screenshot or lose", kind);
         }
         std::string rest;
         if (line.words >> rest) line.refuse("the line's end", rest);

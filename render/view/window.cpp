@@ -1,18 +1,15 @@
 #include "render/view/window.h"
 
-#include <backends/imgui_impl_opengl3.h>
 #include <dlfcn.h>
-#include <imgui.h>
 
 #include <algorithm>
-#include <map>
+#include <cfloat>
 #include <utility>
 
 #include "host/base/errors.h"
 #include "render/eye_painter.h"
 #include "render/gl.h"
 #include "render/view/glfw.h"
-#include "render/view/panels.h"
 
 namespace knead {
 namespace {
@@ -49,7 +46,11 @@ Glfw load()
     find(library, g.wait, "glfwWaitEventsTimeout");
     find(library, g.wake, "glfwPostEmptyEvent");
     find(library, g.attribute, "glfwGetWindowAttrib");
-    find(library, g.should_close, "glfwWindowShouldClose");
+    find(library, g.set_should_close, "glfwSetWindowShouldClose");
+    find(library, g.set_title, "glfwSetWindowTitle");
+    find(library, g.content_scale, "glfwGetWindowContentScale");
+    find(library, g.clipboard, "glfwGetClipboardString");
+    find(library, g.set_clipboard, "glfwSetClipboardString");
     find(library, g.framebuffer_size, "glfwGetFramebufferSize");
     find(library, g.window_size, "glfwGetWindowSize");
     find(library, g.set_user, "glfwSetWindowUserPointer");
@@ -63,6 +64,11 @@ Glfw load()
     find(library, g.on_refresh, "glfwSetWindowRefreshCallback");
     find(library, g.on_size, "glfwSetFramebufferSizeCallback");
     find(library, g.on_iconify, "glfwSetWindowIconifyCallback");
+    find(library, g.on_content_scale, "glfwSetWindowContentScaleCallback");
+    find(library, g.on_close, "glfwSetWindowCloseCallback");
+    find(library, g.on_focus, "glfwSetWindowFocusCallback");
+    find(library, g.on_enter, "glfwSetCursorEnterCallback");
+    find(library, g.on_drop, "glfwSetDropCallback");
     if (!g.init()) throw ResourceError("no window: " + last_error(g));
     return g;
 }
@@ -70,6 +76,7 @@ Glfw load()
 // Data written by the GLFW callbacks.
 struct WindowInput {
     std::vector<InputEvent> events;
+    KeyCodes keys;
     double scale = 1;     // framebuffer pixels per window unit
     bool damaged = true;  // must be redrawn
 };
@@ -78,22 +85,17 @@ WindowInput& input_of(GLFWwindow* window)
     return *static_cast<WindowInput*>(glfw().user(window));
 }
 
-// GLFW numbers keys by their place on a US keyboard. Letters: those of the user's layout.
-int letter_of(int key, int scancode)
-{
-    if (key < 'A' || key > 'Z') return key;
-    const char* name = glfw().key_name(key, scancode);
-    const bool letter = name && name[0] >= 'a' && name[0] <= 'z' && name[1] == 0;
-    return letter ? name[0] - 'a' + 'A' : key;
-}
-
 void install_callbacks(const Glfw& g, GLFWwindow* window)
 {
     g.on_key(window, [](GLFWwindow* w, int key, int scancode, int action, int) {
         if (action == GLFW_REPEAT) return;
+        WindowInput& input = input_of(w);
         InputEvent e{InputEvent::key};
-        e.code = letter_of(key, scancode), e.down = action == GLFW_PRESS;
-        input_of(w).events.push_back(e);
+        e.down = action == GLFW_PRESS;
+        const char* name = glfw().key_name(key, scancode);
+        e.code = e.down ? input.keys.press(scancode, key, name)
+                        : input.keys.release(scancode, key, name);
+        input.events.push_back(e);
     });
     g.on_text(window, [](GLFWwindow* w, unsigned letter) {
         InputEvent e{InputEvent::text};
@@ -115,6 +117,26 @@ void install_callbacks(const Glfw& g, GLFWwindow* window)
     g.on_refresh(window, [](GLFWwindow* w) { input_of(w).damaged = true; });
     g.on_size(window, [](GLFWwindow* w, int, int) { input_of(w).damaged = true; });
     g.on_iconify(window, [](GLFWwindow* w, int) { input_of(w).damaged = true; });
+    g.on_content_scale(window, [](GLFWwindow* w, float, float) { input_of(w).damaged = true; });
+    g.on_close(window, [](GLFWwindow* w) {
+        glfw().set_should_close(w, GLFW_FALSE);
+        input_of(w).events.push_back({InputEvent::close});
+    });
+    g.on_focus(window, [](GLFWwindow* w, int focused) {
+        if (focused) return;
+        input_of(w).keys.clear();
+        input_of(w).events.push_back({InputEvent::unfocus});
+    });
+    g.on_enter(window, [](GLFWwindow* w, int entered) {
+        input_of(w).events.push_back({entered ? InputEvent::enter : InputEvent::leave});
+    });
+    g.on_drop(window, [](GLFWwindow* w, int count, const char** files) {
+        for (int i = 0; i < count; ++i) {
+            InputEvent e{InputEvent::drop};
+            e.file = files[i];
+            input_of(w).events.push_back(e);
+        }
+    });
 }
 
 class GlfwWindow final : public Window {
@@ -123,7 +145,22 @@ class GlfwWindow final : public Window {
     ~GlfwWindow() override;
     int width() const override { return width_; }
     int height() const override { return height_; }
-    bool closed() const override { return glfw().should_close(window_); }
+    double content_scale() const override
+    {
+        float across = 1, down = 1;
+        glfw().content_scale(window_, &across, &down);
+        return across > 0 ? double(across) : 1;
+    }
+    void set_title(const std::string& text) override { glfw().set_title(window_, text.c_str()); }
+    std::string clipboard() const override
+    {
+        const char* text = glfw().clipboard(window_);
+        return text ? text : "";
+    }
+    void set_clipboard(const std::string& text) override
+    {
+        glfw().set_clipboard(window_, text.c_str());
+    }
     std::string renderer() const override
     {
         const GLubyte* name = glGetString(GL_RENDERER);
@@ -136,11 +173,6 @@ class GlfwWindow final : public Window {
     }
     std::vector<InputEvent> poll(double patience) override;
     bool damaged() override { return std::exchange(heard_.damaged, false); }
-    PanelRequests panels(PanelModel& model, const InputState& input, double seconds) override;
-    int panels_width() const override { return hidden_; }
-    bool mouse_taken() const override { return ImGui::GetIO().WantCaptureMouse; }
-    bool keys_taken() const override { return ImGui::GetIO().WantTextInput; }
-    void draw_panels() override;
     Image image() override;
     void show() override { glfw().swap(window_); }
     int gl_errors() override;
@@ -148,12 +180,10 @@ class GlfwWindow final : public Window {
 
   private:
     void measure();
-    unsigned texture_of(const std::shared_ptr<const Image>& picture);
 
     GLFWwindow* window_ = nullptr;
     WindowInput heard_;
-    std::map<std::shared_ptr<const Image>, Texture> pictures_;  // on the panels
-    int width_ = 0, height_ = 0, hidden_ = 0;
+    int width_ = 0, height_ = 0;
 };
 
 GlfwWindow::GlfwWindow(const std::string& title, int width, int height)
@@ -181,20 +211,10 @@ GlfwWindow::GlfwWindow(const std::string& title, int width, int height)
     g.set_user(window_, &heard_);
     install_callbacks(g, window_);
     measure();
-    ImGui::CreateContext();
-    ImGuiIO& io = ImGui::GetIO();
-    io.IniFilename = nullptr;  // no imgui.ini file
-    io.FontGlobalScale = float(std::max(1.0, heard_.scale));
-    style_panels();
-    if (!ImGui_ImplOpenGL3_Init("#version 450 core"))
-        throw ResourceError("no window: the panels cannot be drawn with this OpenGL");
 }
 
 GlfwWindow::~GlfwWindow()
 {
-    pictures_.clear();
-    ImGui_ImplOpenGL3_Shutdown();
-    ImGui::DestroyContext();
     glfw().make_current(nullptr);
     glfw().destroy(window_);
 }
@@ -215,58 +235,6 @@ std::vector<InputEvent> GlfwWindow::poll(double patience)
         glfw().poll();
     measure();
     return std::exchange(heard_.events, {});
-}
-
-PanelRequests GlfwWindow::panels(PanelModel& model, const InputState& input, double seconds)
-{
-    ImGuiIO& io = ImGui::GetIO();
-    io.DisplaySize = {float(width_), float(height_)};
-    io.DeltaTime = float(std::max(seconds, 1e-4));
-    io.MousePos = {float(input.x()), float(input.y())};
-    for (int b = 0; b < button_count; ++b)
-        io.MouseDown[b] = input.held(MouseButton(b)) || input.clicked(MouseButton(b));
-    io.MouseWheel = float(input.wheel());
-    const std::pair<int, Key> keys[] = {
-        {ImGuiKey_Tab, key_tab},          {ImGuiKey_Backspace, key_backspace},
-        {ImGuiKey_Delete, key_delete},    {ImGuiKey_Enter, key_enter},
-        {ImGuiKey_Escape, key_escape},    {ImGuiKey_LeftArrow, key_left},
-        {ImGuiKey_RightArrow, key_right}, {ImGuiKey_Home, key_home},
-        {ImGuiKey_End, key_end}};
-    for (const auto& [theirs, ours] : keys) {
-        io.KeyMap[theirs] = ours;
-        io.KeysDown[ours] = input.held(ours) || input.pressed(ours);
-    }
-    io.KeyCtrl = input.control(), io.KeyShift = input.shift();
-    for (const int letter : input.typed()) io.AddInputCharacter(unsigned(letter));
-    ImGui_ImplOpenGL3_NewFrame();
-    ImGui::NewFrame();
-    std::erase_if(pictures_, [](const auto& one) { return one.first.use_count() == 1; });
-    const PanelRequests requests = build_panels(
-        model, [this](const std::shared_ptr<const Image>& one) { return texture_of(one); });
-    hidden_ = model.open ? int(panels_across()) : 0;
-    ImGui::Render();
-    return requests;
-}
-
-unsigned GlfwWindow::texture_of(const std::shared_ptr<const Image>& picture)
-{
-    Texture& made = pictures_[picture];
-    if (made) return made;
-    made = texture(GL_TEXTURE_2D);
-    glTextureStorage2D(made, 1, GL_RGB8, picture->width, picture->height);
-    glTextureParameteri(made, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    glTextureSubImage2D(made, 0, 0, 0, picture->width, picture->height, GL_RGB, GL_UNSIGNED_BYTE,
-                        picture->rgb.data());
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    return made;
-}
-
-void GlfwWindow::draw_panels()
-{
-    glBindFramebuffer(GL_FRAMEBUFFER, 0);
-    glViewport(0, 0, width_, height_);
-    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
 Image GlfwWindow::image()

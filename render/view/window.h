@@ -1,4 +1,4 @@
-// A desktop window with OpenGL 4.5 and panels; the only user of GLFW and Dear ImGui.
+// A desktop window with OpenGL 4.5; the only user of GLFW.
 #pragma once
 #include <functional>
 #include <memory>
@@ -7,7 +7,6 @@
 
 #include "host/files/image.h"
 #include "render/view/input.h"
-#include "render/view/panel_model.h"
 
 namespace knead {
 
@@ -21,26 +20,23 @@ class Window {
 
     virtual int width() const = 0;  // of the framebuffer [pixels]
     virtual int height() const = 0;
-    virtual bool closed() const = 0;
     virtual std::string renderer() const = 0;  // GL_RENDERER
     // False while minimised or not mapped.
     virtual bool visible() const = 0;
+    // Size of text and controls that the display asks for; 1: 96 dots per inch. May change while
+    // the window is open: damaged() is true then.
+    virtual double content_scale() const = 0;
+    virtual void set_title(const std::string& text) = 0;
+    virtual std::string clipboard() const = 0;  // "": no text
+    virtual void set_clipboard(const std::string& text) = 0;
     // Returns the input events since the last call. Waits up to `patience` [s] for a window event
-    // or wake().
+    // or wake(). A request to close the window is one of them, and does not close it.
     virtual std::vector<InputEvent> poll(double patience) = 0;
     static void wake();  // thread-safe; precondition: a window is open
-    // True if the window must be redrawn since the last call: resized or exposed.
+    // True if the window must be redrawn since the last call: resized, exposed or
+    // with another content scale.
     virtual bool damaged() = 0;
 
-    // Builds the panels of a frame from `input`; then mouse_taken() and keys_taken() are true if
-    // the panels use that input. `seconds`: time since the last frame.
-    virtual PanelRequests panels(PanelModel& model, const InputState& input, double seconds) = 0;
-    // Width covered by the panels at the left edge [pixels].
-    virtual int panels_width() const = 0;
-    virtual bool mouse_taken() const = 0;
-    virtual bool keys_taken() const = 0;
-    // Draws the panels over the framebuffer.
-    virtual void draw_panels() = 0;
     virtual Image image() = 0;  // copy of the framebuffer; call before show()
     virtual void show() = 0;
     virtual int gl_errors() = 0;    // number since the last call

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "host/base/errors.h"
+#include "host/ui/time_graph.h"
 #include "render/view/input.h"
 #include "render/view/losses.h"
 #include "render/view/orbit.h"
-#include "render/view/time_graph.h"
 
 namespace knead {
 namespace {
@@ -129,13 +129,13 @@ TEST(Input, KnowsWhatIsHeldAndWhatHappenedSinceTheLastFrame)
         input.take(e);
     EXPECT_EQ(input.moved_x(), 5) << "the first place is no motion";
     EXPECT_EQ(input.moved_y(), -2);
-    EXPECT_TRUE(input.pressed('A'));
+    EXPECT_TRUE(input.went_down('A'));
     EXPECT_FALSE(input.held(Key('A')));
     EXPECT_TRUE(input.held(button_left));
     EXPECT_EQ(input.wheel(), -2);
     EXPECT_EQ(input.typed().size(), 2u);
     input.begin_frame();
-    EXPECT_FALSE(input.pressed('A'));
+    EXPECT_FALSE(input.went_down('A'));
     EXPECT_FALSE(input.clicked(button_left));
     EXPECT_TRUE(input.held(button_left));
     EXPECT_EQ(input.moved_x(), 0);
@@ -148,59 +148,126 @@ TEST(Input, KnowsWhatIsHeldAndWhatHappenedSinceTheLastFrame)
     EXPECT_FALSE(input.held(Key(100000)));
 }
 
+// Of one frame.
+void play(InputState& input, const std::string& script)
+{
+    input.begin_frame();
+    for (const InputEvent& e : InputScript::parse(script, "s").due(0)) input.take(e);
+}
+
 // Ctrl+R is not R, however short the chord is.
 TEST(Input, AKeyWithControlIsNotTheKeyAlone)
 {
     InputState input;
-    const auto type = [&](const char* script) {
-        input.begin_frame();
-        for (const InputEvent& e : InputScript::parse(script, "s").due(0)) input.take(e);
-    };
-    type("0 key r tap\n");
-    EXPECT_TRUE(input.pressed('R') && input.pressed_alone('R'));
-    for (const char* with : {"control", "alt", "super"}) {
-        const std::string key = with;
-        type(("0 key " + key + " down\n0 key r tap\n0 key e down\n0 key " + key + " up\n").c_str());
-        EXPECT_TRUE(input.pressed('R'));
-        EXPECT_FALSE(input.pressed_alone('R')) << with;
-        type("0 key e up\n");
+    play(input, "0 key r tap\n");
+    EXPECT_TRUE(input.went_down('R') && input.pressed({'R'}));
+    for (const std::string key : {"control", "alt", "super", "shift", "right_control"}) {
+        play(input, "0 key " + key + " down\n0 key r tap\n0 key " + key + " up\n");
+        EXPECT_TRUE(input.went_down('R'));
+        EXPECT_FALSE(input.pressed({'R'})) << key;
+        const bool control = key == "control" || key == "right_control";
+        EXPECT_EQ(input.pressed({'R', true}), control) << key;
+        EXPECT_EQ(input.pressed({'R', false, true}), key == "shift") << key;
+        EXPECT_EQ(input.pressed({'R', false, false, true}), key == "alt") << key;
     }
-    type("0 key control down\n0 key e down\n");
+    play(input, "0 key control down\n0 key e down\n");
     EXPECT_TRUE(input.control());
     EXPECT_FALSE(input.held_alone(Key('E')));
-    type("0 key control up\n");
+    play(input, "0 key control up\n");
     EXPECT_TRUE(input.held_alone(Key('E')));
-    for (const Key key : {key_right_control, key_right_alt, key_right_super}) {
-        InputEvent e{InputEvent::key};
-        e.code = key, e.down = true;
-        input.take(e);
+    for (const std::string key : {"right_control", "right_alt", "right_super"}) {
+        play(input, "0 key " + key + " down\n");
         EXPECT_FALSE(input.held_alone(Key('E'))) << key;
-        EXPECT_EQ(input.control(), key == key_right_control);
-        e.down = false;
-        input.take(e);
+        EXPECT_EQ(input.control(), key == "right_control");
+        play(input, "0 key " + key + " up\n");
     }
-    type("0 key shift down\n0 key r tap\n");
-    EXPECT_TRUE(input.pressed_alone('R')) << "a capital";
+    play(input, "0 key shift down\n");
+    EXPECT_TRUE(input.held_alone(Key('E'))) << "a capital";
 }
 
 // Both are released before the frame looks.
-TEST(Input, AKeyWithControlIsKnownByWhatWasHeldAtThePress)
+TEST(Input, ModifiersAreThoseOfThePress)
 {
     InputState input;
-    const auto type = [&](const std::string& script) {
-        input.begin_frame();
-        for (const InputEvent& e : InputScript::parse(script, "s").due(0)) input.take(e);
-    };
-    type("0 key control down\n0 key z tap\n0 key control up\n");
-    EXPECT_TRUE(input.pressed_control('Z'));
-    EXPECT_FALSE(input.pressed_control('Z', true) || input.pressed_control('Y'));
-    type("0 key control down\n0 key shift down\n0 key z tap\n0 key shift up\n0 key control up\n");
-    EXPECT_TRUE(input.pressed_control('Z', true));
-    EXPECT_FALSE(input.pressed_control('Z'));
-    type("0 key z tap\n");
-    EXPECT_FALSE(input.pressed_control('Z') || input.pressed_control('Z', true));
-    type("0 key control down\n0 key alt down\n0 key z tap\n");
-    EXPECT_FALSE(input.pressed_control('Z')) << "another combination";
+    play(input, "0 key control down\n0 key z tap\n0 key control up\n");
+    EXPECT_TRUE(input.pressed({'Z', true}));
+    EXPECT_FALSE(input.pressed({'Z', true, true}) || input.pressed({'Y', true}));
+    play(input,
+         "0 key control down\n0 key shift down\n0 key z tap\n0 key shift up\n"
+         "0 key control up\n");
+    EXPECT_TRUE(input.pressed({'Z', true, true}));
+    EXPECT_FALSE(input.pressed({'Z', true}));
+    play(input, "0 key z tap\n");
+    EXPECT_FALSE(input.pressed({'Z', true}) || input.pressed({'Z', true, true}));
+    play(input, "0 key control down\n0 key alt down\n0 key z tap\n");
+    EXPECT_FALSE(input.pressed({'Z', true})) << "another combination";
+    EXPECT_TRUE(input.pressed({'Z', true, false, true}));
+}
+
+TEST(Input, NamesOfKeysInScripts)
+{
+    InputState input;
+    play(input,
+         "0 key f1 tap\n0 key f12 tap\n0 key delete tap\n0 key page_up tap\n0 key page_down tap\n"
+         "0 key , tap\n0 key period tap\n0 key number_sign tap\n0 text ?\n");
+    for (const int key : {290, 301, 261, 266, 267, 44, 46, 35}) EXPECT_TRUE(input.pressed({key}));
+    EXPECT_TRUE(input.typed('?'));
+    EXPECT_FALSE(input.typed('/'));
+    EXPECT_THROW(InputScript::parse("0 key f13 tap\n", "s"), InputError);
+    EXPECT_THROW(InputScript::parse("0 drop  \n", "s"), InputError);
+    EXPECT_THROW(InputScript::parse("0 close now\n", "s"), InputError);
+}
+
+TEST(Input, FilesAreDroppedAndClosingIsRequested)
+{
+    InputState input;
+    play(input, "0 drop my scenes/pot 2.json  # a comment\n0 drop b.ply\n0 close\n");
+    EXPECT_EQ(input.dropped(), (std::vector<std::string>{"my scenes/pot 2.json", "b.ply"}));
+    EXPECT_TRUE(input.close_requested());
+    input.begin_frame();
+    EXPECT_TRUE(input.dropped().empty());
+    EXPECT_FALSE(input.close_requested());
+}
+
+TEST(Input, WithoutTheKeyboardNothingIsHeld)
+{
+    InputState input;
+    play(input, "0 key control down\n0 key g down\n0 button left down\n");
+    input.take({InputEvent::unfocus});
+    EXPECT_FALSE(input.control() || input.held(Key('G')) || input.held(button_left));
+    EXPECT_TRUE(input.inside());
+    input.take({InputEvent::leave});
+    EXPECT_FALSE(input.inside());
+    input.take({InputEvent::enter});
+    EXPECT_TRUE(input.inside());
+}
+
+// `key`: of the US keyboard at the same place.
+TEST(Keys, LettersAndPunctuationAreOfTheLayoutAndDigitsOfTheirPlace)
+{
+    EXPECT_EQ(key_code('Q', "a"), 'A') << "French";
+    EXPECT_EQ(key_code(';', "m"), 'M');
+    EXPECT_EQ(key_code('M', ","), ',');
+    EXPECT_EQ(key_code('1', "&"), '1');
+    EXPECT_EQ(key_code('2', "\xc3\xa9"), '2');
+    EXPECT_EQ(key_code('Y', "z"), 'Z') << "German";
+    EXPECT_EQ(key_code('-', "\xc3\x9f"), '-');
+    EXPECT_EQ(key_code('Z', "\xd1\x8f"), 'Z') << "Russian";
+    EXPECT_EQ(key_code('A', nullptr), 'A');
+    EXPECT_EQ(key_code(key_space, " "), key_space);
+    EXPECT_EQ(key_code(key_escape, nullptr), key_escape);
+    EXPECT_EQ(key_code(321, "1"), 321) << "of the keypad";
+}
+
+TEST(Keys, AreReleasedUnderTheCodeOfTheirPress)
+{
+    KeyCodes codes;
+    EXPECT_EQ(codes.press(24, 'Q', "a"), 'A');
+    EXPECT_EQ(codes.release(24, 'Q', "q"), 'A') << "the layout has changed";
+    EXPECT_EQ(codes.release(24, 'Q', "q"), 'Q');
+    codes.press(24, 'Q', "a");
+    codes.clear();
+    EXPECT_EQ(codes.release(24, 'Q', "q"), 'Q');
 }
 
 TEST(ContextLosses, AddUpOnlyWhereTheyFollowEachOther)

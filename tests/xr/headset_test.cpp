@@ -76,6 +76,16 @@ TEST(LiveHands, of_a_scene_without_any_are_as_large_as_its_clay_wants)
     EXPECT_EQ(live_hands(scene).zoom, 7);
 }
 
+TEST(LiveHands, of_a_table_without_objects_reach_all_of_it)
+{
+    Scene scene{};
+    scene.stated_cells = {64, 64, 64}, scene.setup.lattice.dx = 1.0 / 64;
+    scene.setup.walls.min = {0.1, 0.1, 0.1}, scene.setup.walls.max = {0.9, 0.9, 0.9};
+    const HandsOptions options = live_hands(scene);
+    EXPECT_DOUBLE_EQ(options.zoom, 2.5);
+    EXPECT_LT(length(options.at - Vec3<double>{0.5, 0.35, 0.5}), 1e-12);
+}
+
 TEST(SessionTime, is_on_the_ends_of_frames_to_the_bit_and_stands_still_unseen)
 {
     SessionTime time(90);

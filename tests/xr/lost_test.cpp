@@ -60,14 +60,14 @@ class KneadVrLost : public KneadVr {
         EXPECT_GT(report["simulation"]["frames"], 10);
         EXPECT_GT(report["simulation"]["particles"], 0);
     }
-    // What `knead doctor` says of OpenXR under a script.
-    Json doctor(const Json& script)
+    // What `knead doctor` says of OpenXR under a script, with a variable more.
+    Json doctor(const Json& script, const std::string& variable = "KNEAD_NONE=")
     {
         std::ofstream(path("script.json")) << script.dump();
         std::string said;
         EXPECT_EQ(output_of({"env", "XR_RUNTIME_JSON=" KNEAD_XR_RUNTIME,
-                             "KNEAD_REPLAY_SCRIPT=" + path("script.json"), KNEAD_XR_PROGRAM,
-                             "doctor", "--json"},
+                             "KNEAD_REPLAY_SCRIPT=" + path("script.json"), variable,
+                             KNEAD_XR_PROGRAM, "doctor", "--json"},
                             said, 60),
                   exit_ok);
         for (const Json& one : Json::parse(said))
@@ -258,6 +258,19 @@ TEST_F(KneadVrLost, and_doctor_say_the_same_of_what_is_to_be_started)
     const Json there = doctor(Json::object());
     EXPECT_TRUE(there["there"]);
     EXPECT_EQ(there["headset"], "Scripted headset");
+    EXPECT_EQ(there["missing"], Json::array());
+    EXPECT_EQ(there["text"].get<std::string>().find("; not "), std::string::npos) << there;
+    const Json fewer = doctor({{"without", Json::array({"XR_EXT_user_presence"})}});
+    EXPECT_NE(fewer["text"].get<std::string>().find("; not XR_EXT_user_presence"),
+              std::string::npos)
+        << fewer;
+
+    const Json layer = doctor(Json::object(), "XR_ENABLE_API_LAYERS=XR_APILAYER_none");
+    EXPECT_FALSE(layer["there"]);
+    EXPECT_NE(layer["text"].get<std::string>().find("install the layers named in"),
+              std::string::npos)
+        << layer;
+    EXPECT_EQ(layer["text"].get<std::string>().find("): start "), std::string::npos) << layer;
 
     const Json stopped = doctor({{"service", false}});
     EXPECT_FALSE(stopped["there"]);
