@@ -1,6 +1,6 @@
-# What the libraries need, and what they use where it is found: KNEAD_GL, KNEAD_XR and KNEAD_WINDOW
-# are off afterwards where something is missing. knead_cuda, knead_gl, knead_window and knead_xr say
-# what was found.
+# What the libraries need, and what they use where it is found: KNEAD_GL, KNEAD_XR, KNEAD_PANEL and
+# KNEAD_WINDOW are off afterwards where something is missing. knead_cuda, knead_gl, knead_panel,
+# knead_window and knead_xr say what was found.
 find_package(Threads REQUIRED)
 find_package(Eigen3 REQUIRED)
 find_package(nlohmann_json REQUIRED)
@@ -57,21 +57,31 @@ else()
     set(knead_xr "no headset (the header openxr/openxr.h was not found)")
 endif()
 
-# The window: Dear ImGui is linked; of GLFW only the header is needed, its library is opened when a
-# window is asked for.
-find_path(GLFW_INCLUDE_DIR GLFW/glfw3.h)
+# The panels of window and headset, and captions of pictures: Dear ImGui is linked.
 find_path(IMGUI_INCLUDE_DIR imgui.h PATH_SUFFIXES imgui)
 find_library(IMGUI_LIBRARY imgui)
 find_library(STB_LIBRARY stb)
+if(NOT (KNEAD_PANEL AND KNEAD_GL))
+    set(KNEAD_PANEL OFF)
+    set(knead_panel "no panels (KNEAD_PANEL or KNEAD_GL is off)")
+elseif(IMGUI_INCLUDE_DIR AND IMGUI_LIBRARY AND STB_LIBRARY AND
+        EXISTS ${IMGUI_INCLUDE_DIR}/backends/imgui_impl_opengl3.h)
+    set(knead_panel "panels by Dear ImGui")
+else()
+    set(KNEAD_PANEL OFF)
+    set(knead_panel "no panels (Dear ImGui was not found)")
+endif()
+
+# The window: of GLFW only the header is needed, its library is opened when a window is asked for.
+find_path(GLFW_INCLUDE_DIR GLFW/glfw3.h)
 if(NOT (KNEAD_WINDOW AND KNEAD_GL))
     set(KNEAD_WINDOW OFF)
     set(knead_window "no window (KNEAD_WINDOW or KNEAD_GL is off)")
-elseif(GLFW_INCLUDE_DIR AND IMGUI_INCLUDE_DIR AND IMGUI_LIBRARY AND STB_LIBRARY AND
-        EXISTS ${IMGUI_INCLUDE_DIR}/backends/imgui_impl_opengl3.h)
-    set(knead_window "a window by GLFW and Dear ImGui")
+elseif(GLFW_INCLUDE_DIR)
+    set(knead_window "a window by GLFW")
 else()
     set(KNEAD_WINDOW OFF)
-    set(knead_window "no window (GLFW/glfw3.h or Dear ImGui was not found)")
+    set(knead_window "no window (GLFW/glfw3.h was not found)")
 endif()
 
 if(KNEAD_CUDA)

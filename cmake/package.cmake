@@ -44,7 +44,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME knead)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri, ffmpeg")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "libegl1, libgl1-mesa-dri, ffmpeg, fonts-dejavu-core")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "python3-matplotlib")
 # What Debian asks of every package.
 find_program(GZIP_PROGRAM gzip)

@@ -11,7 +11,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
-#include "host/picture/lettering.h"
+#include "host/picture/caption.h"
 #include "host/picture/live_look.h"
 #include "host/picture/splat_picture.h"
 
@@ -120,25 +120,17 @@ FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_f
         video = Video::open(video_path, scene.picture_width, scene.picture_height, rate);
 }
 
-bool FrameWriter::has_splats(int category) const
-{
-    return std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& o) {
-        return o.shape == ShapeKind::splats && o.category == category;
-    });
-}
-
-// Splats are drawn together: all, unless all their objects are hidden.
-bool FrameWriter::shows_splats(const std::vector<int>& hidden) const
-{
-    const std::vector<int> of = splat_categories(scene);
-    return of.empty() ||
-           std::ranges::any_of(of, [&](int category) { return !among(hidden, category); });
-}
-
 void FrameWriter::add(const FrameResult& frame, const std::vector<Mesh>& meshes,
                       const SplatCloud& splats, const std::vector<Gaussian<double>>& gaussians,
-                      const std::vector<int>& hidden)
+                      const Document* document)
 {
+    const std::vector<int> hidden = document ? document->hidden_categories() : std::vector<int>(),
+                           of_splats =
+                               document ? splat_categories(*document) : splat_categories(scene);
+    // Splats are drawn together: all, unless all their objects are hidden.
+    const bool shows_splats =
+        of_splats.empty() ||
+        std::ranges::any_of(of_splats, [&](int category) { return !among(hidden, category); });
     Camera camera;
     camera.eye = cast<float>(scene.eye);
     camera.target = cast<float>(scene.target);
@@ -147,13 +139,13 @@ void FrameWriter::add(const FrameResult& frame, const std::vector<Mesh>& meshes,
     const float floor = float(scene.setup.walls.min.y);
     std::vector<Mesh> seen, unseen;
     for (const Mesh& m : meshes)
-        if (!among(hidden, m.category)) (has_splats(m.category) ? unseen : seen).push_back(m);
+        if (!among(hidden, m.category)) (among(of_splats, m.category) ? unseen : seen).push_back(m);
     std::vector<HandLook> hands;
     if (scene.has_hands) hands = hand_looks(scene.hands, frame.motion);
     Image image;
     try {
         image = painter->paint(seen, hands, camera, floor, unseen);
-        if (splats.count() > 0 && shows_splats(hidden))
+        if (splats.count() > 0 && shows_splats)
             image = with_splats(image, painter->depths(), camera, splats, gaussians, give_up);
         if (give_up && give_up()) throw PictureError("given up");
         write_captions(scene.captions, camera, image);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "host/document/document.h"
 #include "host/files/video.h"
 #include "host/session/loop.h"
 #include "host/splats/cloud.h"
@@ -28,11 +29,12 @@ class FrameWriter {
     // pictures of the scene's size, OutputError if the folder cannot be created.
     FrameWriter(const Scene& scene, std::string folder, std::string video, double rate);
     // `splats`: current splats of the scene, in the order of the solver's Gaussians; drawn instead
-    // of the clay of their objects. `hidden`: categories that are not drawn. Throws OutputError,
-    // and PictureError if only this picture fails.
+    // of the clay of their objects. `document`: says which objects are of splats, and which are
+    // hidden; null: those of the scene, none hidden. Throws OutputError, and PictureError if only
+    // this picture fails.
     void add(const FrameResult& frame, const std::vector<Mesh>& meshes,
              const SplatCloud& splats = {}, const std::vector<Gaussian<double>>& gaussians = {},
-             const std::vector<int>& hidden = {});
+             const Document* document = nullptr);
     // `asked`: polled while a picture is drawn or written; return true to abort it with a
     // PictureError.
     void give_up_when(std::function<bool()> when)
@@ -45,9 +47,6 @@ class FrameWriter {
     std::string renderer() const { return painter->name(); }
 
   private:
-    bool has_splats(int category) const;
-    bool shows_splats(const std::vector<int>& hidden) const;
-
     const Scene& scene;
     std::string folder, video_path;
     std::function<bool()> give_up;

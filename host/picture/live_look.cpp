@@ -74,7 +74,7 @@ void show_clay(EyePainter& painter, const LiveState& state)
 {
     static const std::vector<Mesh> nothing;
     const std::vector<int> unseen =
-        state.scene ? splat_categories(state.scene->scene) : std::vector<int>();
+        state.document ? splat_categories(*state.document) : std::vector<int>();
     const std::vector<int> hidden =
         state.document ? state.document->hidden_categories() : std::vector<int>();
     const long version = clay_version(state);

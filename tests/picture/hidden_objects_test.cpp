@@ -112,13 +112,48 @@ TEST(HiddenObjects, AreNotInThePicturesOfARun)
     const auto written = [&](const std::vector<Mesh>& meshes, const std::vector<int>& hidden) {
         FrameResult frame;
         frame.number = ++number;
-        writer->add(frame, meshes, {}, {}, hidden);
+        Document document;
+        for (const int category : hidden) {
+            SceneObject o = object_of_shape(ShapeKind::sphere, std::uint32_t(number), true);
+            o.category = category;
+            document.objects.push_back(std::make_shared<const SceneObject>(std::move(o)));
+        }
+        writer->add(frame, meshes, {}, {}, &document);
         return read_png(folder / picture_name(number)).rgb;
     };
     const auto bare = written({}, {}), whole = written(clay, {});
     EXPECT_NE(whole, bare);
     EXPECT_EQ(written(clay, {clay[0].category + 1}), whole) << "another category";
     EXPECT_EQ(written(clay, {clay[0].category}), bare);
+}
+
+// As `knead run --commands` does with a command that adds splats: the scene has none.
+TEST(HiddenObjects, TheClayOfSplatsThatWereAddedIsNotDrawnWithThem)
+{
+    Scene scene = read_scene("scenes/squeeze.json", coarse);
+    build(scene, std::size_t(1) << 32);
+    LiveSession live(load_live_scene("scenes/squeeze.json", coarse), stepped_on_the_cpu());
+    live.wait_for_commands();
+    const std::vector<Mesh> clay = *meshes_of(*live.state());
+    ASSERT_FALSE(clay.empty());
+    const Folder folder;
+    std::unique_ptr<FrameWriter> writer;
+    try {
+        writer = std::make_unique<FrameWriter>(scene, folder.path().string(), "", 30);
+    } catch (const std::runtime_error& reason) {
+        GTEST_SKIP() << reason.what();
+    }
+    Document document;
+    const auto written = [&](bool with_document) {
+        writer->add({}, clay, {}, {}, with_document ? &document : nullptr);
+        return read_png(folder / picture_name(0)).rgb;
+    };
+    const auto as_clay = written(false);
+    EXPECT_EQ(written(true), as_clay);
+    SceneObject added = object_of_shape(ShapeKind::splats, 2, false);
+    added.category = clay[0].category;
+    document.objects.push_back(std::make_shared<const SceneObject>(added));
+    EXPECT_NE(written(true), as_clay);
 }
 
 #endif
