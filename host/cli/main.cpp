@@ -22,6 +22,7 @@
 #include "host/cli/options.h"
 #include "host/cli/verbs.h"
 #include "host/document/command_page.h"
+#include "host/ui/controls.h"
 #include "host/verify/verify.h"
 
 namespace knead {
@@ -264,7 +265,8 @@ void add_help(CLI::App& app, Verb& chosen)
     static std::string verb, shell, folder;
     static bool manual = false;
     CLI::App* help = app.add_subcommand("help", "Describe the program, or one of its verbs");
-    help->add_option("VERB", verb, "What is described; commands: those of logs");
+    help->add_option("VERB", verb,
+                     "What is described; commands: those of logs; keys: of the window");
     help->add_flag("--man", manual, "As a page of the manual, in roff");
     help->add_option("--completion", shell, "Completion for a shell instead: bash, zsh");
     help->add_option("--pages", folder, "Write all pages and completions into this folder");
@@ -274,8 +276,8 @@ void add_help(CLI::App& app, Verb& chosen)
                 write_pages(app, folder);
                 return int(exit_ok);
             }
-            if (verb == "commands" && shell.empty() && !manual) {
-                print(commands_help());
+            if ((verb == "commands" || verb == "keys") && shell.empty() && !manual) {
+                print(verb == "keys" ? keys_text() : commands_help());
                 return int(exit_ok);
             }
             std::string text = manual_page(app, verb);

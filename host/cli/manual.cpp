@@ -129,7 +129,7 @@ std::string words_of(const CLI::App& app, const std::string& verb)
     std::string names;
     if (verb == "help") {
         for (const CLI::App* one : verbs_of(app)) names += one->get_name() + " ";
-        names += "commands ";
+        names += "commands keys ";
     }
     return names;
 }

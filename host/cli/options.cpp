@@ -162,8 +162,9 @@ void add_vr(CLI::App& app, Verb& chosen)
 {
     static VrOptions o;
     CLI::App* vr = app.add_subcommand("vr", "Shape a scene's clay with your hands, in a headset");
-    vr->add_option("SCENE", o.scene, "Scene (.json), or a session (.knead) to go on with")
-        ->required();
+    vr->add_option("SCENE", o.scene,
+                   "Scene (.json), a session (.knead) to go on with, or new: an empty table")
+        ->capture_default_str();
     vr->add_option("--device", o.device, "auto, cuda, cuda:N or cpu")->capture_default_str();
     vr->add_option("--set", o.settings, "path.key=value, e.g. objects.0.material.young=2e6")
         ->take_all()
@@ -217,8 +218,10 @@ void add_view(CLI::App& app, Verb& chosen)
 {
     static ViewOptions o;
     CLI::App* view = app.add_subcommand("view", "Shape a scene's clay in a window");
-    view->add_option("SCENE", o.scene, "Scene (.json), or a session (.knead) to go on with")
-        ->required();
+    view->add_option("SCENE", o.scene,
+                     "Scene (.json), a session (.knead) to go on with, splats (.ply, .spz, .splat) "
+                     "for an empty table, or new: the empty table")
+        ->capture_default_str();
     view->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
         ->capture_default_str();
     view->add_option("--set", o.settings, "path.key=value, for the scene")

@@ -24,6 +24,7 @@
 #include "host/files/particle_file.h"
 #include "host/hands/recording.h"
 #include "host/paging/scene_splats.h"
+#include "host/picture/caption.h"
 #include "host/picture/frame_writer.h"
 #include "host/run/estimate.h"
 #include "host/run/report.h"
@@ -33,6 +34,7 @@
 #include "host/scene/seed.h"
 #include "host/scene/soften.h"
 #include "host/session/backend.h"
+#include "host/session/scene_export.h"
 #include "host/splats/deformed.h"
 
 namespace knead {
@@ -247,6 +249,10 @@ void Session::open_writer()
     if (has_video && earlier)
         facts.left_out.push_back(fmt::format("video: the first {} frames, before the run went on",
                                              earlier->record.rows.size()));
+    if (!scene.captions.empty() && !draws_text()) {
+        facts.left_out.push_back("captions: this build has no Dear ImGui, which draws them");
+        note(facts.left_out.back());
+    }
     try {
         writer = std::make_unique<FrameWriter>(scene, in_folder("pictures"),
                                                has_video ? in_folder("video.mp4") : "",
@@ -284,8 +290,7 @@ void Session::watch(RunObserver& watch, Progress& progress, const Simulator& sol
         if (!writer || interrupted()) return;
         splats->refresh();
         try {
-            writer->add(frame, meshes, splats->drawn(), solver.gaussians(),
-                        script.document().hidden_categories());
+            writer->add(frame, meshes, splats->drawn(), solver.gaussians(), &script.document());
         } catch (const OutputError& e) {
             refused(e.what()), writer.reset();
         }
@@ -303,13 +308,9 @@ void Session::attempt(const std::string& name, const std::function<void(const st
     }
 }
 
-// In the scene's coordinates, rotated by half a turn about x: axes of clouds point right, down,
-// forward.
 void Session::write_cloud(const std::string& to, const Simulator& solver) const
 {
-    const Quat<double> turn{0, 1, 0, 0};
-    const SplatCloud cloud = deformed(splats->drawn(), solver.gaussians());
-    write_splats(to, placed(cloud, turn, 1, rotate(turn, scene.origin)));
+    write_splats(to, splats_for_file(deformed(splats->drawn(), solver.gaussians()), scene.origin));
 }
 
 void Session::write(const RunRecord& record, const Simulator& solver)

@@ -10,6 +10,7 @@
 #include "host/base/paths.h"
 #include "host/cli/run_options.h"
 #include "host/scene/seed.h"
+#include "host/session/scene_export.h"
 
 namespace knead {
 namespace {
@@ -64,10 +65,11 @@ RunSession::~RunSession()
     if (writer) writer->discard();  // the results of the run are in its folder
 }
 
-void RunSession::begin(SceneHistory::Parts parts, const std::vector<Beginning>& before,
-                       const Recording* recording)
+void RunSession::begin(SceneHistory::Parts parts, const Simulator& of,
+                       const std::vector<Beginning>& before, const Recording* recording)
 {
     simulator = parts.simulator, editor = &parts.editor, loop = &parts.loop;
+    splats = &parts.splats, solver = &of, origin = parts.scene.origin;
     on_gpu = parts.simulator && parts.simulator->clay();
     if (parts.simulator && SceneHistory::why_none(parts.scene, *parts.simulator).empty())
         begin_past(parts, before);
@@ -187,19 +189,24 @@ std::optional<Refusal> RunSession::apply(const Command& command)
     if (const std::string why = row_of(command).why_not(situation); !why.empty())
         return Refusal{why, ""};
     if (const Save* to = std::get_if<Save>(&command)) return save(*to);
+    if (const Export* to = std::get_if<Export>(&command))
+        if (auto refusal = export_now(*to)) return refusal;
     if (SceneHistory::takes(command))
         return history->apply({command, 0, Origin::script, 0}).refusal;
     record(CommandEvent{{command, 0, Origin::script, 0}});
     return {};
 }
 
+std::string RunSession::in_out(const std::string& file) const
+{
+    return (fs::path(options.out.empty() ? "." : options.out) / file).lexically_normal().string();
+}
+
 // Waits for the disk: a run is not in real time.
 std::optional<Refusal> RunSession::save(const Save& command)
 {
     if (auto why_not = refusal_of(command)) return why_not;
-    const std::string to = (fs::path(options.out.empty() ? "." : options.out) / command.file)
-                               .lexically_normal()
-                               .string();
+    const std::string to = in_out(command.file);
     history->close();
     StoredState now = editor->stored();
     now.frames = frames, now.time = loop->last().hand_time;
@@ -209,6 +216,30 @@ std::optional<Refusal> RunSession::save(const Save& command)
         to, command.input.value_or(true), past.count() > 0 ? past.current().id : 0,
         [now] { return now; }, [&done](const std::string& why) { done.set_value(why); });
     not_written = done.get_future().get();
+    return {};
+}
+
+std::optional<Refusal> RunSession::export_now(const Export& command)
+{
+    if (auto refusal = editor->refusal_of(command)) return refusal;
+    splats->refresh();
+    ShownScene shown;
+    shown.document = editor->document(), shown.origin = origin;
+    shown.numbers = editor->numbers().number;
+    shown.surface = [this] { return loop->meshes(); };
+    shown.splats = splats->picture();
+    shown.gaussians = [this] { return solver->gaussians(); };
+    const auto plan = export_plan(*shown.document, command);
+    try {
+        write_export(fs::absolute(in_out(command.file)).string(), std::get<ExportPlan>(plan),
+                     shown);
+    } catch (const OutputError& e) {
+        not_exported = e.what();
+    } catch (const InputError& e) {
+        return Refusal{e.what(), "file"};
+    } catch (const std::invalid_argument& e) {
+        return Refusal{e.what(), ""};
+    }
     return {};
 }
 

@@ -27,8 +27,9 @@ class RunSession {
     RunSession(const RunOptions& options, Scene base, Wants wants);
     ~RunSession();
 
-    // Call once, before the first frame. `recording`: the hands that are played; may be null.
-    void begin(SceneHistory::Parts parts, const std::vector<Beginning>& before,
+    // Call once, before the first frame. `of`: the simulator of the parts, also if it takes no
+    // edits. `recording`: the hands that are played; may be null.
+    void begin(SceneHistory::Parts parts, const Simulator& of, const std::vector<Beginning>& before,
                const Recording* recording);
     // Call with the motion of each frame: sets it, and keeps it for the log.
     Motion with_motion(Motion motion);
@@ -37,14 +38,17 @@ class RunSession {
 
     History& steps() { return past; }
     HistoryInfo info() const;
-    const std::string& problem() const { return not_written; }  // of the last save; ""
+    // Why the last save, or else an export, was not written; "".
+    const std::string& problem() const { return not_written.empty() ? not_exported : not_written; }
 
   private:
     void begin_past(const SceneHistory::Parts& parts, const std::vector<Beginning>& before);
     void begin_log(const SceneHistory::Parts& parts, const Recording* recording);
     void record(const SessionEvent& event);
     void hash_state();
+    std::string in_out(const std::string& file) const;
     std::optional<Refusal> save(const Save& command);
+    std::optional<Refusal> export_now(const Export& command);
 
     const RunOptions& options;
     const Scene base;
@@ -60,11 +64,14 @@ class RunSession {
     std::unique_ptr<SceneHistory> history;
     const EditableSimulator* simulator = nullptr;
     const SceneEditor* editor = nullptr;
-    const SessionLoop* loop = nullptr;
+    SessionLoop* loop = nullptr;
+    SceneSplats* splats = nullptr;
+    const Simulator* solver = nullptr;
+    Vec3<double> origin{};  // Scene::origin [m]
     Motion given;
     long frames = 0;
     bool on_gpu = false;
-    std::string not_written;
+    std::string not_written, not_exported;
 };
 
 }  // namespace knead

@@ -50,6 +50,11 @@ Beside recorded_beside(const std::string& recording, double rate, Vec3<double> o
         const CommandLog log = read_command_log(file, folder_of(file));
         std::vector<LogEntry> entries = entries_of(log);
         for (LogEntry& one : entries) one.line = 0;  // lines are those of --commands
+        // Hands that are played again leave the files of their session alone.
+        std::erase_if(entries, [](const LogEntry& one) {
+            const Command* command = std::get_if<Command>(&one.done);
+            return command && std::holds_alternative<Export>(*command);
+        });
         return {file, log.scene, log.recording, log.settings, std::move(entries)};
     }
     if (const std::string file = actions_file(recording); is_there(file)) {
@@ -190,7 +195,7 @@ void RunScript::play(const Scene& scene, SceneSplats& splats, Simulator& solver,
             frames_before = number;
             if (session)
                 session->begin({scene, splats, loop, solver.editable(), *editor, session->steps()},
-                               beginnings, recording ? &*recording : nullptr);
+                               solver, beginnings, recording ? &*recording : nullptr);
         }
         if (!replay->due(number) && !editor->carries()) {
             if (session && number > frames_before) session->after_frame(loop.last());
@@ -219,7 +224,8 @@ void RunScript::after_last_frame(int number, SessionLoop& loop)
     play_entries(number, loop, [](const LogEntry& entry) {
         const Command* command = std::get_if<Command>(&entry.done);
         return command &&
-               (std::holds_alternative<Save>(*command) || std::holds_alternative<Mark>(*command));
+               (std::holds_alternative<Save>(*command) ||
+                std::holds_alternative<Export>(*command) || std::holds_alternative<Mark>(*command));
     });
 }
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "host/scene/new_scene.h"
+
 namespace knead {
 
 struct RunOptions {
@@ -45,7 +47,7 @@ struct RecordOptions {
 int record_verb(const RecordOptions& options);
 
 struct VrOptions {
-    std::string scene;
+    std::string scene = new_scene_name;
     std::string device = "auto";
     std::vector<std::string> settings;   // path.key=value
     int cells = 0;                       // along the longest axis of the domain; 0: the scene's
@@ -108,7 +110,7 @@ struct RenderOptions {
 int render_verb(const RenderOptions& options);
 
 struct ViewOptions {
-    std::string scene;
+    std::string scene = new_scene_name;
     std::string device = "auto";
     std::vector<std::string> settings;
     int cells = 0;                      // along the longest axis of the domain; 0: the scene's

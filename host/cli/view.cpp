@@ -11,12 +11,15 @@
 #include "host/base/interrupt.h"
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
+#include "host/base/paths.h"
 #include "host/base/print.h"
 #include "host/cli/options.h"
 #include "host/cli/verbs.h"
 #include "host/desktop/view_app.h"
 #include "host/run/estimate.h"
 #include "host/scene/domain.h"
+#include "host/scene/new_scene.h"
+#include "host/ui/dropped.h"
 #include "host/ui/live_results.h"
 
 namespace knead {
@@ -33,6 +36,16 @@ void parse_size(const std::string& text, int& width, int& height)
         width > 16384 || height > 16384)
         throw UsageError("--size: expected WIDTHxHEIGHT of 64 to 16384 pixels, found \"" +
                          text.substr(0, 60) + "\"");
+}
+
+// Splats in place of a scene, which begin as an object on an empty table; "": it is none. Throws
+// InputError for a mesh.
+std::string splats_given(const std::string& file)
+{
+    if (file == new_scene_name || is_standard(file)) return "";
+    const DroppedKind kind = dropped_kind(file);
+    if (kind == DroppedKind::mesh) throw InputError(file + ": " + refusal_of(kind));
+    return kind == DroppedKind::splats ? file : "";
 }
 
 // Runs until the window is closed. Returns its errors, so that the results are still written.
@@ -69,8 +82,9 @@ Json report_of(const ViewOptions& o, const ViewApp& desk, const LiveResults& res
 
 }  // namespace
 
-int view_verb(const ViewOptions& o)
+int view_verb(const ViewOptions& given)
 {
+    ViewOptions o = given;
     int width = 0, height = 0;
     parse_size(o.size, width, height);
     ViewAppOptions options;
@@ -80,6 +94,8 @@ int view_verb(const ViewOptions& o)
     options.every_frame = o.frames > 0;
     options.paused = o.paused;
     options.session = session_given(o.scene, o.settings, o.cells);
+    if (options.session.empty()) options.dropped = splats_given(o.scene);
+    if (!options.dropped.empty()) o.scene = new_scene_name;
     options.protects = !options.scripted || !options.session.empty();
     options.settings = o.settings, options.cells = o.cells;
     options.memory = std::size_t(o.max_memory * 0x1p20);
@@ -91,13 +107,14 @@ int view_verb(const ViewOptions& o)
     if (!options.session.empty()) scene = load_session_scene(o.scene, options.memory);
     std::unique_ptr<Window> window = Window::open("Knead", width, height);
     std::vector<std::string> settings = o.settings;
-    if (o.cells > 0) settings.push_back(cells_setting(read_json(o.scene), o.cells));
+    if (o.cells > 0)
+        settings.push_back(cells_setting(parse_json(scene_text(o.scene), o.scene), o.cells));
     if (!scene) scene = load_live_scene(o.scene, settings, options.memory);
     watch_interrupts();
     if (!o.quiet)
         std::fprintf(stderr, "knead: %s\n", cost_text(scene->scene, options.device).c_str());
     ViewApp desk(std::move(window), scene, options);
-    desk.panels.model.open = !o.bare;
+    desk.panel.ui.open = !o.bare;
     if (const std::string way = desk.sharing(); !o.quiet && !way.empty())
         std::fprintf(stderr, "knead: %s\n", way.c_str());
     const std::exception_ptr failure = run_window(desk, o);

@@ -17,6 +17,7 @@
 #include "host/cli/verbs.h"
 #include "host/run/estimate.h"
 #include "host/scene/domain.h"
+#include "host/scene/new_scene.h"
 #include "host/session/backend.h"
 #include "host/session/session_file.h"
 #include "host/ui/live_results.h"
@@ -129,7 +130,8 @@ int vr_verb(const VrOptions& given)
     const Device device = resolved(parse_device(o.device));
     HeadsetLoopOptions options = options_of(o, device);
     options.session = session;
-    if (o.cells > 0) o.settings.push_back(cells_setting(read_json(o.scene), o.cells));
+    if (o.cells > 0)
+        o.settings.push_back(cells_setting(parse_json(scene_text(o.scene), o.scene), o.cells));
     options.protects = !o.hands_only && (!o.deterministic || !session.empty());
     if (o.hands_only && o.record.empty() && o.out.empty())
         throw UsageError("--hands-only needs --record FILE, or --out DIR");

@@ -9,7 +9,10 @@
 
 #include "host/base/errors.h"
 #include "host/base/machine.h"
+#include "host/desktop/key_bindings.h"
+#include "host/ui/dropped.h"
 #include "host/ui/panel_commands.h"
+#include "host/ui/pick.h"
 
 namespace knead {
 namespace {
@@ -27,27 +30,44 @@ int samples_for(const Window& window)
 
 ViewApp::ViewApp(std::unique_ptr<Window> shown_in, std::shared_ptr<const LiveScene> scene,
                  ViewAppOptions by)
-    : panels(scene->scene.path, by.settings, by.cells),
+    : panel(in_window, by.session.empty() ? scene->scene.path : by.session, by.settings, by.cells),
       options(std::move(by)),
       window(std::move(shown_in)),
       painter(EyePainter::open(samples_for(*window))),
       coarse(CoarsePicture::open()),
       pace(picture_budget, 0.3, 1),
       script(options.script),
-      record([this](const std::string& text) { panels.model.note(text); }),
+      record([this](const std::string& text) { panel.note(text); }),
       session(std::move(scene), live_options()),
       state(session.state()),
       gl_renderer(window->renderer()),
       paused(options.paused)
 {
-    for (const char* name : posture_names) panels.model.postures.push_back(name);
+    panel.execute = [this](const ControlEvent& event) { execute(event); };
+    if (options.protects) panel.remember_files();
+    open_panel();
     clock.run(!paused);
     session.wait_until_open();
     session.wait_for_commands();
     state = session.state();
     follow_history();
+    if (!options.dropped.empty()) take_file(options.dropped);
     if (options.protects && options.session.empty())
         recoverable = std::async(std::launch::async, recoverable_sessions);
+}
+
+// Again after a lost context, and on a display with another scale.
+void ViewApp::open_panel()
+{
+    drawing.reset();
+    PanelDrawingOptions by;
+    drawing_scale = float(window->content_scale());
+    by.scale = drawing_scale;
+    by.clipboard = [this] { return window->clipboard(); };
+    by.set_clipboard = [this](const std::string& text) { window->set_clipboard(text); };
+    drawing = PanelDrawing::open(by);
+    if (!drawing) panel.note(no_panel);
+    panel.asks = drawing && options.protects;  // a script has nobody to answer
 }
 
 LiveOptions ViewApp::live_options()
@@ -75,23 +95,30 @@ void ViewApp::frame(double passed, const std::string& screenshot)
     window_time += passed;
     const bool happened = process_input();
     state = session.state();
-    panels.follow(*state);
+    panel.ui.paused = paused, panel.ui.filming = video != nullptr;
+    panel.loses_clay = shaped;
+    panel.follow(*state, session, window_time);
     if (recoverable.valid() && recoverable.wait_for(0s) == std::future_status::ready)
-        panels.list_recoverable(recoverable.get()), settling = 3;
-    panels.model.paused = paused;
-    panels.model.pass(passed);
+        panel.list_recoverable(recoverable.get()), settling = 3;
     follow_history();
     update_visibility();
-    if (pending.any() && window_time > pending.until) answer(false);
+    if (input.close_requested()) panel.apply({{Control::quit, 0}, {}, 0}, session);
     if (must_draw(happened)) {
-        update_facts();
-        apply(window->panels(panels.model, input, passed));
-        if (!window->keys_taken()) take_keys();
-        if (!window->mouse_taken())
+        update_facts(), update_title();
+        panel.refresh(*state);
+        if (drawing)
+            for (const ControlEvent& event : drawing->frame(
+                     panel.model(), times, panel_input(passed), window->width(), window->height()))
+                panel.apply(event, session);
+        for (const std::string& file : input.dropped()) take_file(file);
+        if (!drawing || !drawing->keys_taken()) take_keys();
+        const bool dialog = drawing && drawing->popup_open();
+        if (!dialog) hand_x = float(input.x()), hand_y = float(input.y());
+        if (!drawing || (!dialog && (pressing || !drawing->mouse_taken())))
             take_mouse(passed);
         else
-            pointer.pressed = false;
-        if (panels.model.hand != hand_controlled) control_hand(panels.model.hand);
+            pointer.pressed = pressing = false;
+        if (panel.ui.mouse_hand != hand_controlled) control_hand(panel.ui.mouse_hand);
         simulate();
         draw();
         ++frames, settling = std::max(0, settling - 1);
@@ -100,6 +127,38 @@ void ViewApp::frame(double passed, const std::string& screenshot)
         simulate();
     }
     input.begin_frame();
+}
+
+PanelInput ViewApp::panel_input(double passed) const
+{
+    constexpr std::pair<PanelKey, Key> keys[] = {
+        {PanelKey::tab, key_tab},       {PanelKey::backspace, key_backspace},
+        {PanelKey::remove, key_delete}, {PanelKey::enter, key_enter},
+        {PanelKey::escape, key_escape}, {PanelKey::left, key_left},
+        {PanelKey::right, key_right},   {PanelKey::up, key_up},
+        {PanelKey::down, key_down},     {PanelKey::home, key_home},
+        {PanelKey::end, key_end},       {PanelKey::a, Key('A')},
+        {PanelKey::c, Key('C')},        {PanelKey::v, Key('V')},
+        {PanelKey::x, Key('X')},        {PanelKey::y, Key('Y')},
+        {PanelKey::z, Key('Z')}};
+    static_assert(std::size(keys) == panel_key_count);
+    PanelInput to;
+    to.seconds = passed;
+    to.pointer = input.inside(), to.x = float(input.x()), to.y = float(input.y());
+    // A button of the panel must not see the end of a drag that began in the picture.
+    for (int b = 0; b < button_count && !pressing; ++b)
+        to.down[std::size_t(b)] = input.held(MouseButton(b)) || input.clicked(MouseButton(b));
+    to.wheel = float(input.wheel());
+    to.control = input.control(), to.shift = input.shift();
+    // All keys of a short press may be up again.
+    for (const char letter : {'A', 'C', 'V', 'X', 'Y', 'Z'})
+        to.control |= input.pressed({letter, true}) || input.pressed({letter, true, true});
+    for (const auto& [theirs, ours] : keys)
+        to.keys[std::size_t(theirs)] = input.held(ours) || input.went_down(ours);
+    to.keys[std::size_t(PanelKey::enter)] |=
+        input.held(key_keypad_enter) || input.went_down(key_keypad_enter);
+    to.typed = input.typed();
+    return to;
 }
 
 // Waits for events up to event_timeout(), then processes them and those of the script. Returns
@@ -116,7 +175,10 @@ bool ViewApp::process_input()
         input.take(event), happened = true;
     }
     if (window->lost()) recreate_context();
-    if (window->damaged()) happened = true, still.forget();
+    if (window->damaged()) {
+        happened = true, still.forget();
+        if (float(window->content_scale()) != drawing_scale) open_panel();
+    }
     return happened;
 }
 
@@ -140,12 +202,10 @@ bool ViewApp::must_draw(bool happened)
     if (options.scripted || options.every_frame) return true;
     if (hidden) return !wanted.empty();
     if (happened) awake_until = window_time + moving;
-    const PanelModel& m = panels.model;
-    const std::string text = m.failure + '\n' + m.notice + '\n' + m.question;
-    const bool other = state->version != drawn_version || text != drawn_text;
+    const bool other = state->version != drawn_version || panel.model() != drawn_model;
     if (happened || other) settling = 3;
-    drawn_version = state->version, drawn_text = text;
-    const bool blinks = window->keys_taken() && window_time > last_drawn + blink;
+    if (other) drawn_version = state->version, drawn_model = panel.model();
+    const bool blinks = drawing && drawing->keys_taken() && window_time > last_drawn + blink;
     const bool glows = last_drawn < glow_until;
     return other || blinks || glows || video || settling > 0 || !wanted.empty() ||
            window_time < awake_until || still.due(window_time);
@@ -210,132 +270,146 @@ void ViewApp::recreate_context()
     const double now = options.scripted ? window_time : wall_seconds();
     if (losses.too_many(now)) throw DeviceLost("the OpenGL context was lost too often");
     const int width = std::max(window->width(), 64), height = std::max(window->height(), 64);
-    painter.reset(), coarse.reset();
+    drawing.reset(), painter.reset(), coarse.reset();
     still.forget();
     window.reset();
     window = Window::open("Knead", width, height);
     painter = EyePainter::open(samples_for(*window));
     coarse = CoarsePicture::open();
-    panels.model.note("The OpenGL context was lost and has been created again.");
+    title.clear();
+    open_panel();
+    panel.note("The OpenGL context was lost and has been created again.");
 }
 
-void ViewApp::apply(PanelRequests requests)
+// What the panel leaves to the window.
+void ViewApp::execute(const ControlEvent& event)
 {
-    if (requests.reset) discard({.reset = true});
-    const PanelModel& m = panels.model;
-    if (requests.load) discard({.load = *requests.load}, m.scenes.at(std::size_t(*requests.load)));
-    const auto row = [&](int i) { return m.recoverable.at(std::size_t(i)); };
-    if (requests.recover)
-        discard({.recover = row(*requests.recover).file}, row(*requests.recover).name);
-    if (requests.discard_log)
-        discard({.log = row(*requests.discard_log).file}, row(*requests.discard_log).name);
-    if (requests.confirm) answer(*requests.confirm);
-    if (requests.pause) pause(*requests.pause);
-    if (requests.step) step();
-    if (requests.fit_camera) fit_camera();
-    if (requests.film) film();
-    if (requests.screenshot) wanted.push_back("");
-    if (requests.recorded && *requests.recorded) panels.model.hand = false;
-    panels.apply(requests, session);
+    const bool* const on = std::get_if<bool>(&event.value);
+    switch (event.id.control) {
+        case Control::frame_view:
+            return fit_camera(panel.ui.chosen);
+        case Control::frame_all:
+            return fit_camera({});
+        case Control::screenshot:
+            wanted.push_back("");
+            return;
+        case Control::film:
+            return film();
+        case Control::pause:
+            return pause(on ? *on : !paused);
+        case Control::advance:
+            return step();
+        case Control::quit:
+            leaves = true;
+            return;
+        default:
+            return;
+    }
 }
 
 void ViewApp::take_keys()
 {
-    PanelModel& m = panels.model;
-    if (input.pressed_alone(key_tab)) m.open = !m.open;
-    if (input.pressed_alone(key_space)) pause(!paused);
-    if (input.pressed_alone('N')) step();
-    if (input.pressed_alone('R')) discard({.reset = true});
-    PanelRequests by_key;
-    by_key.undo = input.pressed_control('Z');
-    by_key.redo = input.pressed_control('Y') || input.pressed_control('Z', true);
-    by_key.save = input.pressed_control('S');
-    panels.apply(by_key, session);
-    if (input.pressed_alone('H')) m.hand = !m.hand;
-    if (input.pressed_alone('P')) m.posture = (m.posture + 1) % posture_count;
-    if (input.pressed_alone('V')) film();
-    if (input.pressed_alone(key_home)) fit_camera();
-    if (input.pressed_alone(key_f12)) wanted.push_back("");
-    if (input.pressed_alone(key_escape)) pending.any() ? answer(false) : m.notice.clear();
+    if (input.pressed({key_escape})) escape();
+    for (const ControlEvent& event : pressed_controls(input, panel.model())) {
+        // A path or a name is asked for.
+        if (std::holds_alternative<std::string>(event.value)) {
+            if (drawing) drawing->begin(event.id.control);
+            if (event.id.control == Control::rename) panel.ui.open = true;
+        } else {
+            panel.apply(event, session);
+        }
+    }
     const double turn = 0.05;  // a frame [rad]
-    m.roll += turn * (input.held_alone(Key('E')) - input.held_alone(Key('Q')));
-    m.tilt += turn * (input.held_alone(Key('T')) - input.held_alone(Key('F')));
+    UiState& ui = panel.ui;
+    ui.roll += turn * (input.held_alone(Key('E')) - input.held_alone(Key('Q')));
+    ui.tilt += turn * (input.held_alone(Key('T')) - input.held_alone(Key('B')));
+}
+
+// Cancels the innermost thing under way.
+void ViewApp::escape()
+{
+    if (drawing && drawing->popup_open() && !panel.asking()) return;  // closed by the panel
+    if (panel.decline()) return;
+    if (pressing) {
+        const bool shapes = hand_controlled && pointer.pressed && newest_step() > step_at_press;
+        cancelled = true, pointer.pressed = false;
+        if (shapes) panel.apply({{Control::undo, 0}, {}, 0}, session);
+        return;
+    }
+    if (panel.ui.help)
+        panel.ui.help = false;
+    else
+        panel.ui.notice.clear();
 }
 
 void ViewApp::step() { stepping = stepping || paused; }
 
-// Whether something would be lost, or is not saved. Undo takes a reset back where there are steps;
-// a session with a log can be recovered.
-bool ViewApp::confirms(const Discard& what) const
+// Its number; -1: no steps are kept.
+long ViewApp::newest_step() const
 {
-    if (!what.log.empty()) return true;
-    const bool keeps_steps = state->situation.no_steps.empty();
-    if (what.reset) return shaped && !keeps_steps;
-    return state->unsaved || (shaped && (!keeps_steps || state->log.file.empty()));
+    long newest = -1;
+    if (state->steps)
+        for (const StepInfo& one : *state->steps) newest = std::max(newest, long(one.id));
+    return newest;
 }
 
-// What would be missed is discarded only when the command is repeated. `name`: of what is opened or
-// deleted.
-void ViewApp::discard(Discard what, const std::string& name)
+// Opens a scene or a session, adds splats; else a notice says why not.
+void ViewApp::take_file(const std::string& file)
 {
-    constexpr double confirm_time = 8;  // [s]
-    const bool again = what.reset == pending.reset && what.load == pending.load &&
-                       what.recover == pending.recover && what.log == pending.log;
-    if (!confirms(what) || again) return do_discard(what);
-    PanelModel& m = panels.model;
-    m.answer = what.reset ? "Reset" : what.load >= 0 ? "Open" : "Recover";
-    m.decline = "Keep the clay";
-    std::string lost = state->unsaved ? "This session is not saved; it can be recovered."
-                                      : "The shaped clay will be lost.";
-    if (!what.log.empty()) {
-        m.answer = "Discard", m.decline = "Keep the session";
-        lost = "It cannot be recovered then.";
-    }
-    m.question = m.answer + (what.reset ? "" : " \"" + name + "\"") + "? " + lost +
-                 " Repeat the command to confirm.";
-    pending = what;
-    pending.until = window_time + confirm_time;
-    panels.show_scene(*state);
-}
-
-void ViewApp::do_discard(const Discard& what)
-{
-    if (!what.log.empty()) {
-        panels.discard_log(what.log);
-        return answer(false);
-    }
-    if (what.reset)
-        session.send(Reset{});
-    else if (!what.recover.empty())
-        panels.recover(what.recover, session);
+    const auto what = command_for_file(file, *state);
+    if (const Refusal* refusal = std::get_if<Refusal>(&what)) return panel.note(refusal->text());
+    const Command& command = std::get<Command>(what);
+    if (std::holds_alternative<Open>(command))
+        panel.apply({{Control::open, 0}, file, 0}, session);
     else
-        panels.load(what.load, session);
-    // Before the first frame, so that recorded hands do not move the tools.
-    if (hand_controlled) session.send(Play{false});
-    answer(false);
+        panel.send(command, session);
 }
 
-void ViewApp::answer(bool yes)
+// Chooses the object under the mouse; beside clay, what was chosen stays.
+void ViewApp::click(float x, float y)
 {
-    const Discard what = std::exchange(pending, {});
-    panels.model.question.clear();
-    if (yes && what.any()) do_discard(what);
+    const int covered = drawing ? drawing->covered() : 0;
+    const Vec3<double> ray =
+        cast<double>(camera.ray(x, y, window->width(), window->height(), covered));
+    const auto hit = pick(*state, cast<double>(camera.eye()), ray);
+    if (!hit) return;
+    panel.apply({{Control::object, int(hit->object.value)}, {}, 0}, session);
+    glow_until = window_time + 1.5;
 }
 
+// Left: the hand presses, or a click chooses; middle, right, or Alt and left: around what is looked
+// at; with shift, or Alt and middle: sideways.
 void ViewApp::take_mouse(double passed)
 {
-    const bool shift = input.shift(), control = input.control();
+    const bool shift = input.shift(), control = input.control(), alt = input.alt();
     const float x = float(input.moved_x()), y = float(input.moved_y());
-    const bool right_held = input.held(button_right);
-    if (input.held(button_middle) || (right_held && shift))
+    const bool left_held = input.held(button_left), right_held = input.held(button_right),
+               middle_held = input.held(button_middle);
+    const bool hand = panel.ui.mouse_hand && !alt;
+    constexpr float still_a_click = 4;  // [pixels]
+    if (input.clicked(button_left) && !pressing) {
+        pressing = true, cancelled = dragged = false;
+        step_at_press = newest_step();
+        pressed_x = float(input.x()), pressed_y = float(input.y());
+    }
+    if (std::hypot(float(input.x()) - pressed_x, float(input.y()) - pressed_y) > still_a_click)
+        dragged = true;
+    if (pressing && !left_held) {
+        pressing = false;
+        if (!hand && !dragged && !cancelled) click(pressed_x, pressed_y);
+    }
+    const bool any_other = middle_held || right_held;
+    if (any_other && (shift || (alt && middle_held)))
         camera.pan(x, y, window->height());
-    else if (right_held || (input.held(button_left) && !panels.model.hand))
+    else if (right_held && alt)
+        camera.zoom(0.02f * (x - y));
+    else if (any_other || (left_held && pressing && !cancelled && !hand && dragged))
         camera.orbit(-per_pixel * x, per_pixel * y);
-    if (panels.model.hand && !control)
+    if (hand && !control)
         pointer.reach = std::max(0.01, pointer.reach + 0.02 * camera.distance() * input.wheel());
     else
         camera.zoom(float(input.wheel()));
-    pointer.pressed = panels.model.hand && input.held(button_left);
+    pointer.pressed = hand && pressing && left_held && !cancelled;
     // The key of a finger curls it while held.
     for (int i = 0; i < 5; ++i) {
         const bool bends = input.held_alone(Key('1' + i)) || input.held_alone(Key('G'));
@@ -350,13 +424,24 @@ void ViewApp::control_hand(bool on)
     hand_controlled = on;
     if (!on) return;
     pointer.reach = 0.75 * camera.distance();
-    if (state->recorded) session.send(Play{false});
-    panels.send_tool(session);
+    if (state->recorded) panel.send(Play{false}, session);
+    SetHands command;
+    command.right = {true, hands_now().held[right]};
+    panel.send(std::move(command), session);
+}
+
+// With what the panel shows that the right hand holds.
+HandsOptions ViewApp::hands_now() const
+{
+    HandsOptions now = state->hands;
+    if (panel.ui.document) now.held[right] = panel.ui.document->hands->held[right];
+    now.present[right] = true;
+    return now;
 }
 
 void ViewApp::move_hand()
 {
-    const PanelModel& m = panels.model;
+    const UiState& m = panel.ui;
     pointer.posture = Posture(m.posture);
     pointer.tilt = m.tilt, pointer.roll = m.roll, pointer.press = m.press;
     pointer.advance(time);
@@ -368,10 +453,10 @@ void ViewApp::move_hand()
     Pointing p;
     p.eye = cast<double>(camera.eye());
     const int width = window->width(), height = window->height();
+    const int covered = drawing ? drawing->covered() : 0;
     p.rotation = cast<double>(camera.view(width, height).rotation);
-    p.ray = cast<double>(
-        camera.ray(float(input.x()), float(input.y()), width, height, window->panels_width()));
-    tracked = posed_hand.hands(p, panels.hands(*state));
+    p.ray = cast<double>(camera.ray(hand_x, hand_y, width, height, covered));
+    tracked = posed_hand.hands(p, hands_now());
 }
 
 // Pushes hands, and with a script advances the simulation to this frame's time.

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "host/desktop/view_clock.h"
-#include "host/desktop/view_panels.h"
 #include "host/desktop/view_still.h"
 #include "host/files/video.h"
 #include "host/hands/pointer.h"
@@ -14,6 +13,8 @@
 #include "host/picture/live_look.h"
 #include "host/picture/splat_layer.h"
 #include "host/ui/live_results.h"
+#include "host/ui/panel_controller.h"
+#include "host/ui/panel_drawing.h"
 #include "render/coarse_picture.h"
 #include "render/view/losses.h"
 #include "render/view/orbit.h"
@@ -33,6 +34,7 @@ struct ViewAppOptions {
     int cells = 0;                      // for every scene; 0: the scene's
     std::size_t memory = 0;             // limit for loading a scene [bytes]; 0: what is free
     std::string session;                // file of a session to go on with; "": none
+    std::string dropped;                // splats to add at the beginning: a file; "": none
     bool protects = false;              // keeps a working log, and lists sessions to recover
 };
 
@@ -49,7 +51,7 @@ class ViewApp {
     // Pauses the session and returns its results. Call once.
     LiveResults results();
 
-    bool closed() const { return window && window->closed(); }
+    bool closed() const { return leaves; }
     int drawn() const { return frames; }
     int gl_errors() const { return errors; }
     int contexts_lost() const { return losses.count(); }
@@ -64,18 +66,9 @@ class ViewApp {
                                                        : "";
     }
 
-    ViewPanels panels;
+    PanelController panel;
 
   private:
-    // A command that discards clay, or a log; what would be missed only after a confirmation.
-    struct Discard {
-        bool reset = false;
-        int load = -1;                 // number of the scene
-        std::string recover{}, log{};  // log of a session to open; one to delete
-        double until = 0;              // window time at which the question expires [s]
-        bool any() const { return reset || load >= 0 || !recover.empty() || !log.empty(); }
-    };
-
     LiveOptions live_options();
     bool process_input();
     double event_timeout() const;
@@ -83,16 +76,19 @@ class ViewApp {
     void update_visibility();
     void follow_history();
     bool clay_changed() const;
-    void apply(PanelRequests requests);
+    void open_panel();
+    PanelInput panel_input(double passed) const;
+    void execute(const ControlEvent& event);
     void take_keys();
     void take_mouse(double passed);
+    void take_file(const std::string& file);
+    void click(float x, float y);
+    void escape();
     void control_hand(bool on);
+    HandsOptions hands_now() const;
     void pause(bool on);
     void step();
-    bool confirms(const Discard& what) const;
-    void discard(Discard what, const std::string& name = "");
-    void do_discard(const Discard& what);
-    void answer(bool yes);
+    long newest_step() const;
     void move_hand();
     void simulate();
     void record_hands();
@@ -105,14 +101,20 @@ class ViewApp {
     void save_pictures();
     void keep_picture();
     void film();
-    void fit_camera();
+    void fit_camera(ObjectId chosen);
     void recreate_context();
     void update_facts();
+    void update_title();
+    void add_times();
 
     const ViewAppOptions options;
     std::unique_ptr<Window> window;
     std::unique_ptr<EyePainter> painter;
     std::unique_ptr<CoarsePicture> coarse;
+    std::unique_ptr<PanelDrawing> drawing;  // null: a build without panels
+    float drawing_scale = 0;
+    TimeGraph times;
+    long timed = 0;  // version of the state whose times were added
     Pace pace;
     InputScript script;
     WindowClock clock;  // in real time
@@ -139,7 +141,14 @@ class ViewApp {
     bool stepping = false;   // compute one frame while paused
     bool shaped = false;     // the clay has been shaped since the last load or reset
     DocumentPtr opened;      // first document of the history
-    Discard pending;         // waits for confirmation
+    bool leaves = false;     // the user has closed the window
+    bool pressing = false;   // the left button went down in the picture, and is still
+    bool cancelled = false;  // by escape: the press has no effect until the button is up
+    float pressed_x = 0, pressed_y = 0;  // where [pixels]
+    float hand_x = 0, hand_y = 0;        // where the hand points; rests while a dialog is open
+    long step_at_press = -1;             // newest step when the button went down
+    bool dragged = false;                // the mouse has moved since
+    std::string title;
     double window_time = 0;  // never pauses [s]
     double time = 0;         // of the session's history; constant while paused [s]
     long ticks = 0;          // with a script: frames of the history
@@ -149,14 +158,14 @@ class ViewApp {
         double shift = 0;      // session time minus recording time [s]
     } replay;                  // the scene's recorded hands, to be recorded again
     double pushed = -1e30;     // time of the last hands pushed to the simulation [s]
-    double glow_until = 0;     // window time until which the selected object glows [s]
-    int selected = 0;
+    double glow_until = 0;     // window time until which the chosen object glows [s]
+    ObjectId glowing;
     double awake_until = 0;     // window time until which panels are redrawn after an event [s]
     int settling = 0;           // frames until changed panels have their final size
     double last_drawn = -1e30;  // window time [s]
     double began = 0;           // wall time of the last round [s]
     long drawn_version = -1;    // of the state
-    std::string drawn_text;     // messages and question
+    PanelModel drawn_model;
     StillPicture still;
     double raster_took = 0, picture_took = 0, show_took = 0;  // [s]
     std::future<std::vector<Recoverable>> recoverable;        // being searched

@@ -54,14 +54,24 @@ Image reduced(const Image& from, int left, int width)
 
 }  // namespace
 
-void ViewApp::fit_camera()
+// Shows the clay of the object's category; of no object: all clay.
+void ViewApp::fit_camera(ObjectId chosen)
 {
+    const SceneObject* const object = state->document ? state->document->find(chosen) : nullptr;
     Box3<float> box = empty_box<float>();
-    if (state->on_device && !state->on_device->empty()) box = state->on_device->box();
-    for (const Mesh& mesh : state->meshes ? *state->meshes : std::vector<Mesh>())
-        for (const Vec3<float>& v : mesh.vertices) grow(box, v);
+    if (object) {
+        for (const Mesh& mesh : *meshes_of(*state))
+            for (const Vec3<float>& v : mesh.vertices)
+                if (mesh.category == object->category) grow(box, v);
+    } else if (state->on_device && !state->on_device->empty()) {
+        box = state->on_device->box();
+    }
+    if (empty(box))
+        for (const Mesh& mesh : state->meshes ? *state->meshes : std::vector<Mesh>())
+            for (const Vec3<float>& v : mesh.vertices) grow(box, v);
     if (empty(box)) return;
-    const int across = std::max(1, window->width() - window->panels_width());
+    const int covered = drawing ? drawing->covered() : 0;
+    const int across = std::max(1, window->width() - covered);
     camera.frame(box, float(across) / float(std::max(1, window->height())));
 }
 
@@ -90,21 +100,20 @@ void ViewApp::draw()
 {
     const int width = window->width(), height = window->height();
     if (width < 1 || height < 1) return;  // minimised
-    const EyeView view = camera.view(width, height, window->panels_width());
+    const EyeView view = camera.view(width, height, drawing ? drawing->covered() : 0);
     std::vector<HandLook> hands = hand_looks(*state);
     EyeLook look;
     if (state->scene) {
         look = live_look(state->scene->scene);
         show_clay(*painter, *state);
-        if (panels.model.object != selected)
-            selected = panels.model.object, glow_until = window_time + 1.5;
-        if (window_time < glow_until && state->document &&
-            std::size_t(selected) < state->document->objects.size())
-            look.highlight = state->document->objects[std::size_t(selected)]->category;
+        if (panel.ui.chosen != glowing) glowing = panel.ui.chosen, glow_until = window_time + 1.5;
+        const SceneObject* const chosen =
+            state->document ? state->document->find(panel.ui.chosen) : nullptr;
+        if (window_time < glow_until && chosen) look.highlight = chosen->category;
     }
     // A translucent hand at the mouse until a tool is active.
     if (hand_controlled && hands.empty())
-        for (HandLook& ghost : tracked_looks(tracked, panels.hands(*state), 0.4f))
+        for (HandLook& ghost : tracked_looks(tracked, hands_now(), 0.4f))
             hands.push_back(std::move(ghost));
     still.update(picture_content(view, look), window_time);
     paint(view, look, std::move(hands));
@@ -149,7 +158,7 @@ void ViewApp::paint(const EyeView& view, const EyeLook& look, const std::vector<
         if (rests) still.drawn_full(), settling = 2;  // a panel shows the resolution
     }
     keep_picture();
-    window->draw_panels();
+    if (drawing) drawing->draw(0);
     const double drawn_at = wall_seconds();
     save_pictures();
     errors += window->gl_errors();
@@ -157,7 +166,7 @@ void ViewApp::paint(const EyeView& view, const EyeLook& look, const std::vector<
     window->show();
     picture_took = drawn_at - begin - raster_took, show_took = wall_seconds() - shown_at;
     if (!kept && !repeats && !rests) pace.took(picture_took + show_took);
-    panels.add_times(*state, raster_took, picture_took, show_took);
+    add_times();
 }
 
 // For the session's list: at most one in ten seconds, after a new step, without the panels and the
@@ -172,13 +181,13 @@ void ViewApp::keep_picture()
     if (state->steps->size() < 2 || window_time < kept_at + every) return;
     if (encoding.valid() && encoding.wait_for(0s) != std::future_status::ready) return;
     kept_at = window_time, kept_steps = state->steps;
-    encoding = std::async(
-        std::launch::async, [this, left = window->panels_width(), image = window->image()] {
-            try {
-                session.set_picture(png_bytes(reduced(image, left, across)));
-            } catch (const std::exception&) {  // a session without a picture is valid
-            }
-        });
+    encoding = std::async(std::launch::async, [this, left = drawing ? drawing->covered() : 0,
+                                               image = window->image()] {
+        try {
+            session.set_picture(png_bytes(reduced(image, left, across)));
+        } catch (const std::exception&) {  // a session without a picture is valid
+        }
+    });
 }
 
 void ViewApp::save_pictures()
@@ -198,9 +207,9 @@ void ViewApp::save_picture(const std::string& file)
     try {
         const std::string name = file.empty() ? free_name(".png") : file;
         if (write_png(name, window->image(), [] { return interrupted() != 0; }))
-            panels.model.note("Wrote " + name);
+            panel.note("Wrote " + name);
     } catch (const OutputError& e) {
-        panels.model.note(e.what());
+        panel.note(e.what());
         refused = true;
     }
 }
@@ -210,22 +219,21 @@ void ViewApp::film()
     try {
         if (video) {
             std::exchange(video, nullptr)->close();
-            panels.model.note("The film is written.");
+            panel.note("The film is written.");
         } else if (!Video::available()) {
-            panels.model.note("No film: ffmpeg is not on the PATH.");
+            panel.note("No film: ffmpeg is not on the PATH.");
         } else {
             const std::string name = free_name(".mp4");
             film_width = window->width(), film_height = window->height();
             video = Video::open(name, film_width, film_height, film_rate);
             filmed = window_time;
-            panels.model.note("Filming " + name);
+            panel.note("Filming " + name);
         }
     } catch (const OutputError& e) {
         video.reset();
-        panels.model.note(e.what());
+        panel.note(e.what());
         refused = true;
     }
-    panels.model.filming = video != nullptr;
 }
 
 void ViewApp::end()
@@ -233,9 +241,35 @@ void ViewApp::end()
     if (video) film();
 }
 
+// Of a picture and, once per version of the state, of its simulation frame.
+void ViewApp::add_times()
+{
+    TimeGraph::Stages stages;
+    if (state->version != timed && state->frame.number > 0) {
+        for (const StageTime& stage : state->stages) stages.push_back({stage.name, stage.seconds});
+        if (state->stages.empty()) stages.push_back({"solver", state->frame.times.solver});
+        stages.push_back({"surface", state->frame.times.surface});
+    }
+    timed = state->version;
+    if (raster_took > 0) stages.push_back({"splats", raster_took});
+    stages.push_back({"picture", picture_took});
+    stages.push_back({"show", show_took});
+    times.add(stages);
+}
+
+void ViewApp::update_title()
+{
+    const fs::path of = state->saved_as.empty() ? panel.ui.scene : state->saved_as;
+    std::string text =
+        fmt::format("{}{} - Knead", of.filename().string(), state->unsaved ? "*" : "");
+    if (text == title) return;
+    title = std::move(text);
+    window->set_title(title);
+}
+
 void ViewApp::update_facts()
 {
-    std::vector<std::string>& facts = panels.model.facts;
+    std::vector<std::string>& facts = panel.ui.facts;
     facts = {
         state->solver, gl_renderer,
         fmt::format("frame {}, {:.2f} s simulated", state->frame.number, state->frame.simulated)};

@@ -88,8 +88,11 @@ bool write_results(const LiveOutputs& o, LiveResults& results, const nlohmann::j
     if (hands && !o.record.empty()) attempt([&] { write_hands(o.record, results); });
     if (o.out.empty()) return all;
     if (hands) attempt([&] { write_hands(in_folder(hands_name), results); });
-    if (const Meshes meshes = meshes_of(*results.state); !meshes->empty())
-        attempt([&] { write_mesh(in_folder(mesh_name), *meshes); });
+    if (std::vector<Mesh> meshes = *meshes_of(*results.state); !meshes.empty())
+        attempt([&] {
+            if (results.state->scene) move_by(meshes, results.state->scene->scene.origin);
+            write_mesh(in_folder(mesh_name), meshes);
+        });
     attempt([&] { write_whole(in_folder(o.report), report.dump(2) + "\n"); });
     return all;
 }

@@ -12,7 +12,8 @@ namespace knead {
 
 // Output destinations: the options --out and --record.
 struct LiveOutputs {
-    std::string out;     // folder: hands.hands, mesh.glb and the report; "": none
+    // Folder: hands.hands, mesh.glb (in the frame of the scene's file) and the report; "": none.
+    std::string out;
     std::string record;  // .hands or .jsonl; "": none
     std::string report;  // the report's name in `out`
     bool overwrite = false;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <stdexcept>
 
 #include "host/base/machine.h"
@@ -84,8 +85,11 @@ struct HeadsetEyes::Parts {
     EyesOptions options;
     std::unique_ptr<EyePainter> painter;
     Framebuffer target;
-    Texture own_depth;  // if the headset has none
+    Texture own_depth;                    // if the headset has none
+    std::unique_ptr<PanelDrawing> panel;  // null: none
     std::unique_ptr<PanelQuad> quad;
+    Texture panel_picture;
+    Framebuffer panel_target;
     std::unique_ptr<SplatDrawer> splats;
     std::array<HiddenTiles, 2> hidden;
     int splats_of = -1;  // history
@@ -106,7 +110,8 @@ struct HeadsetEyes::Parts {
     void follow_splats(const LiveState& state, bool at_once);
     void prepare_again(const LiveState& state);
     void draw(int eye, const EyeTexture& to, const EyeView& view, const HeadsetPicture& picture);
-    void draw_panel(const EyeView& view, const EyeTarget& to, const HeadsetPicture& picture);
+    void draw_panels(const EyeView& view, const EyeTarget& to, const HeadsetPicture& picture);
+    void draw_panel_picture();
 };
 
 HeadsetEyes::HeadsetEyes(Headset& headset, const EyesOptions& options)
@@ -255,6 +260,7 @@ EyesDrawn HeadsetEyes::draw(const HeadsetViews& views, const HeadsetPicture& pic
         parts->hidden[eye].set(unseen.corners);
     }
     parts->timer->begin(scale);
+    if (parts->panel && picture.panel_changed) parts->draw_panel_picture();
     EyesDrawn drawn{scale};
     if (splats_hidden(picture.state)) {
         for (int eye = 0; eye < 2; ++eye) parts->painter->set_splats(eye, SplatLayer{});
@@ -269,6 +275,25 @@ EyesDrawn HeadsetEyes::draw(const HeadsetViews& views, const HeadsetPicture& pic
     parts->timer->end();
     while (glGetError() != GL_NO_ERROR) ++parts->errors;
     return drawn;
+}
+
+PanelDrawing* HeadsetEyes::open_panel(const PanelDrawingOptions& layout)
+{
+    parts->headset.make_current();
+    parts->panel.reset();
+    parts->panel = PanelDrawing::open(layout);
+    if (!parts->panel) return nullptr;
+    if (!parts->quad) parts->quad = std::make_unique<PanelQuad>();
+    const int width = parts->panel->picture_width(), height = parts->panel->picture_height();
+    Texture& picture = parts->panel_picture = texture(GL_TEXTURE_2D);
+    glTextureStorage2D(picture, 4, GL_SRGB8_ALPHA8, width, height);
+    glTextureParameteri(picture, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glTextureParameteri(picture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTextureParameteri(picture, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTextureParameteri(picture, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    parts->panel_target = framebuffer();
+    glNamedFramebufferTexture(parts->panel_target, GL_COLOR_ATTACHMENT0, picture, 0);
+    return parts->panel.get();
 }
 
 void HeadsetEyes::rehearse(const HeadsetPicture& picture)
@@ -307,30 +332,47 @@ void HeadsetEyes::Parts::draw(int eye, const EyeTexture& to, const EyeView& view
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, to.colour, 0);
     glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, to.depth ? to.depth : own_depth, 0);
     const EyeTarget into{target, 0, 0, to.srgb};
-    painter->paint(view, look, into, eye);
-    if (picture.panel) draw_panel(view, into, picture);
+    EyePainter::DrawBetween panels;
+    if (panel && !picture.panels.empty())
+        panels = [&](const EyeTarget& between) { draw_panels(view, between, picture); };
+    painter->paint(view, look, into, eye, panels);
     // Detaches the textures: they belong to the runtime.
     glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, 0, 0);
     glNamedFramebufferTexture(target, GL_DEPTH_ATTACHMENT, 0, 0);
 }
 
-void HeadsetEyes::Parts::draw_panel(const EyeView& view, const EyeTarget& to,
-                                    const HeadsetPicture& picture)
+// The colours of the panel are sRGB values, which its drawing blends as they are.
+void HeadsetEyes::Parts::draw_panel_picture()
 {
-    if (picture.canvas) {
-        if (!quad)
-            quad = std::make_unique<PanelQuad>(picture.canvas->width(), picture.canvas->height(),
-                                               to.linear);
-        quad->upload(*picture.canvas);
+    glBindFramebuffer(GL_FRAMEBUFFER, panel_target);
+    glDisable(GL_FRAMEBUFFER_SRGB);
+    glDisable(GL_SCISSOR_TEST);
+    constexpr float black[] = {0, 0, 0, 1};
+    glClearNamedFramebufferfv(panel_target, GL_COLOR, 0, black);
+    panel->draw(panel_target);
+    glGenerateTextureMipmap(panel_picture);
+}
+
+// Over clay, also nearer one; from the farthest to the nearest.
+void HeadsetEyes::Parts::draw_panels(const EyeView& view, const EyeTarget& to,
+                                     const HeadsetPicture& picture)
+{
+    const float zoom = float(picture.options.zoom);
+    const Vec3<float> origin = cast<float>(picture.options.at);
+    std::vector<std::pair<float, const TouchPanel*>> order;
+    for (const TouchPanel& one : picture.panels)
+        order.emplace_back(length(origin + zoom * one.pose.p - view.position), &one);
+    std::sort(order.begin(), order.end(), std::greater<>());
+    const float wide = float(panel->picture_width()), high = float(panel->picture_height());
+    for (const auto& [distance, one] : order) {
+        const float x = 0.5f * one->width, y = 0.5f * one->height;
+        std::array<Vec3<float>, 4> corners{{{-x, y, 0}, {x, y, 0}, {-x, -y, 0}, {x, -y, 0}}};
+        for (Vec3<float>& corner : corners)
+            corner = origin + zoom * (one->pose.p + rotate(one->pose.q, corner));
+        const PanelTexture part = PanelTexture::part(
+            panel_picture, one->x, one->y, one->picture_width, one->picture_height, wide, high);
+        quad->draw(corners, view, to, part);
     }
-    if (!quad) return;
-    const Joint<float>& at = *picture.panel;
-    const float x = 0.5f * picture.panel_width, y = 0.5f * picture.panel_height;
-    std::array<Vec3<float>, 4> corners{{{-x, y, 0}, {x, y, 0}, {-x, -y, 0}, {x, -y, 0}}};
-    for (Vec3<float>& corner : corners)
-        corner = cast<float>(picture.options.at) +
-                 float(picture.options.zoom) * (at.p + rotate(at.q, corner));
-    quad->draw(corners, view, to);
 }
 
 #else
@@ -344,6 +386,7 @@ HeadsetEyes::~HeadsetEyes() = default;
 void HeadsetEyes::renew() {}
 EyesDrawn HeadsetEyes::draw(const HeadsetViews&, const HeadsetPicture&) { return {}; }
 void HeadsetEyes::rehearse(const HeadsetPicture&) {}
+PanelDrawing* HeadsetEyes::open_panel(const PanelDrawingOptions&) { return nullptr; }
 int HeadsetEyes::gl_errors() const { return 0; }
 std::string HeadsetEyes::message() const { return {}; }
 Sharing HeadsetEyes::sharing() const { return {}; }

@@ -5,8 +5,9 @@
 
 #include "host/live/live_session.h"
 #include "host/session/backend.h"
+#include "host/ui/panel_drawing.h"
+#include "host/vr/finger_pointer.h"
 #include "host/vr/headset_view.h"
-#include "host/vr/panel_text.h"
 
 namespace knead {
 
@@ -16,12 +17,12 @@ struct HeadsetPicture {
     std::vector<HandLook> hands;
     const HandsOptions& options;  // scale and offset of hands and eyes in the simulation
     const Workplace& workplace;
-    float near_plane;                         // near plane [m], unscaled
-    const PanelCanvas* canvas;                // new picture of the panel; null: unchanged
-    std::optional<Joint<float>> panel;        // pose of the panel in the frame of the hands
-    float panel_width = 0, panel_height = 0;  // [m]
-    double now = 0;                           // time of display, in the state's session [s]
-    bool at_once = false;                     // upload new splats before drawing; else on a thread
+    float near_plane;  // near plane [m], unscaled
+    // Shown in the frame of the hands: parts of the picture of panel().
+    std::vector<TouchPanel> panels{};
+    bool panel_changed = false;  // panel() was laid out anew
+    double now = 0;              // time of display, in the state's session [s]
+    bool at_once = false;        // upload new splats before drawing; else on a thread
     // GPU time for both eyes [s]; the resolution is reduced if it is exceeded. 0: no limit.
     double budget = 0;
 };
@@ -65,6 +66,8 @@ class HeadsetEyes {
     // Warm-up: draws some pictures off screen, so that the first visible one loads, allocates and
     // registers nothing, and its resolution has settled. Errors are ignored; draw() reports them.
     void rehearse(const HeadsetPicture& picture);
+    // Replaces the panel. Null: a build without one. Throws ResourceError if OpenGL refuses.
+    PanelDrawing* open_panel(const PanelDrawingOptions& layout);
     int gl_errors() const;        // of the drawing
     std::string message() const;  // message from the measurement at the start; "": none
     // How data of the CUDA device reaches OpenGL; without text if there is no CUDA device.

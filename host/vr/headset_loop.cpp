@@ -1,5 +1,7 @@
 #include "host/vr/headset_loop.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -33,9 +35,9 @@ HeadsetLoop::HeadsetLoop(std::shared_ptr<const LiveScene> of, HeadsetLoopOptions
       hands(live_hands(first_scene->scene)),
       workplace(options.workplace),
       record(options.notify),
-      desk(options.scene, options.settings),
-      canvas(HeadsetPanel::width, HeadsetPanel::height, 3),
-      notices(options.notify),
+      control(in_headset, options.session.empty() ? options.scene : options.session,
+              options.settings),
+      notices(options.notify, [this](const std::string& text) { control.note(text); }),
       feedback(options.sound && !options.stepped, options.notify)
 {
 }
@@ -65,8 +67,28 @@ void HeadsetLoop::open()
         replace_workplace = !(options.workplace.at.y > 0);
         if (!replace_workplace) options.workplace = {};
     }
+    control.execute = [this](const ControlEvent& event) { execute(event); };
+    if (options.protects) control.remember_files();
     follow_history();
+    if (options.panel) open_panel();
     if (!options.stepped) rehearse();
+}
+
+// With letters that are large enough from where it stands.
+void HeadsetLoop::open_panel()
+{
+    place_panel();
+    opened_distance = panel.distance();
+    const PanelDrawingOptions layout = HeadsetPanel::layout(opened_distance);
+    PanelDrawing* const opened = drawing([&] { return eyes->open_panel(layout); });
+    panel.set_drawing(opened);
+    if (!opened) options.notify(no_panel);
+}
+
+void HeadsetLoop::place_panel()
+{
+    panel.place(options.workplace, clay_box(*state), hands.options());
+    placed_side = control.ui.panel_side, placed_zoom = hands.options().zoom;
 }
 
 HeadsetEnd HeadsetLoop::results(const std::string& reason)
@@ -145,7 +167,8 @@ void HeadsetLoop::frame()
         replace_workplace = false;
         restart_filter = true;
     }
-    poke(views);
+    newest_views = views;
+    follow_panel(views);
     // The simulation pauses while the headset is not worn or the session not visible.
     const bool runs = visible && !leaving && !finished && !paused;
     simulate(views, runs, parts);
@@ -166,6 +189,7 @@ void HeadsetLoop::frame()
     parts.submit = wall_seconds() - drawn, parts.period = timing.period;
     parts.interval = last_shown >= 0 ? timing.time - last_shown : 0;
     last_shown = shown && runs ? timing.time : -1;
+    add_times(parts);
     if (shown && runs) end.figures.add(parts);
     frame_submitted = frame_submitted || runs;
 }
@@ -232,23 +256,69 @@ void HeadsetLoop::simulate(const HeadsetViews& views, bool runs, FrameParts& par
         options.notify("the simulation has ended: " + state->failure);
     notices.follow(*state, timing.time);
     if (recoverable.valid() && recoverable.wait_for(0s) == std::future_status::ready)
-        notices.tell(recovery_line(recoverable.get().size()), timing.time);
+        notices.tell(recovery_line(recoverable.get().size()));
     if (options.hands_only || !state->failure.empty()) return;  // no deformation, no latency
     // The state contains the effect of the hands sampled when its frame began.
     const double computing = options.stepped ? 0 : state->frame.times.solver;
     parts.latency = std::max(0.0, now - (state->time - computing));
 }
 
-void HeadsetLoop::poke(const HeadsetViews& views)
+PanelSurroundings HeadsetLoop::surroundings(const HeadsetViews& views) const
 {
-    if (!options.panel) return;
-    const Joint<float> at = HeadsetPanel::pose(options.workplace, panel_side);
+    PanelSurroundings around;
+    around.head = in_hands(workplace, head_of(views)).p;
     for (const Side side : {left, right}) {
-        const Hand hand = in_hands(workplace, views.hands[std::size_t(side)].hand);
-        const Vec3<float> tip = rotate(conjugate(at.q), hand.joints[index_tip].p - at.p);
-        const bool seen = hand.tracked && hand.valid[index_tip];
-        if (const auto command = panel.poke(side, tip, seen, timing.time)) apply(*command, views);
+        around.hands[side] = in_hands(workplace, views.hands[std::size_t(side)].hand);
+        around.busy[side] = carrying || !hands.options().held[side].empty();
     }
+    for (std::size_t k = 0; k < state->tools.size(); ++k)
+        if (state->frame.stats.touched & tool_bit(int(k)))
+            around.contact[state->tools[k].side] = true;
+    return around;
+}
+
+void HeadsetLoop::follow_panel(const HeadsetViews& views)
+{
+    if (!panel.exists()) return;
+    UiState& ui = control.ui;
+    ui.paused = paused, ui.carrying = carrying;
+    ui.standing = headset->facts().floor == Floor::standing;
+    control.follow(*state, *live, timing.time);
+    // Not while fists zoom: it would jump.
+    const bool zoomed = !zooming && hands.options().zoom != placed_zoom;
+    if (ui.panel_side != placed_side || zoomed) place_panel();
+    if (panel.distance() > 1.02f * opened_distance) open_panel();
+    for (const ControlEvent& event :
+         panel.frame(times, surroundings(views), timing.time, timing.period))
+        control.apply(event, *live);
+    follow_tools();
+    if (options.stepped) live->wait_for_commands();
+}
+
+// The hands that are drawn hold what the panel has chosen.
+void HeadsetLoop::follow_tools()
+{
+    if (!control.ui.document || control.ui.document == tools_of) return;
+    tools_of = control.ui.document;
+    HandsOptions options_now = hands.options();
+    const std::string(&held)[side_count] = tools_of->hands->held;
+    if (options_now.held[left] == held[left] && options_now.held[right] == held[right]) return;
+    for (const Side side : {left, right}) options_now.held[side] = held[side];
+    hands.set(options_now);
+}
+
+void HeadsetLoop::add_times(const FrameParts& parts)
+{
+    times.add({{"locate", parts.locate},
+               {"simulate", parts.simulate},
+               {"draw", parts.draw},
+               {"submit", parts.submit}});
+    constexpr int often = 30;  // interval of the lines of text [frames]
+    if (!panel.shows_times() || facts_age++ % often != 0) return;
+    std::vector<std::string>& facts = control.ui.facts;
+    facts = {state->solver, fmt::format("{:.0f} % of the frame is left, {} frames late",
+                                        100 * end.figures.margin(), end.figures.missed())};
+    if (parts.scale < 1) facts.push_back(fmt::format("eyes at {:.0f} %", 100 * parts.scale));
 }
 
 // While hands carry clay, the tools are absent.
@@ -305,53 +375,49 @@ void HeadsetLoop::pause(bool on)
         live->send(Pause{on}, Origin::headset);
 }
 
-void HeadsetLoop::apply(const PanelCommand& command, const HeadsetViews& views)
+// Hands carry clay, or shape it.
+void HeadsetLoop::carry(bool on)
 {
-    panel_age = 0;
-    switch (command.act) {
-        case PanelAct::pause:
-            return pause(!paused);
-        case PanelAct::recentre:
-            workplace = before_head(head_of(views), options.workplace);
+    if (on == carrying) return;
+    end_carrying();
+    carrying = on, zooming = false;
+    fists = {};
+    send_presence();
+}
+
+// What the panel leaves to the headset.
+void HeadsetLoop::execute(const ControlEvent& event)
+{
+    const bool* const given = std::get_if<bool>(&event.value);
+    const bool on = given && *given;
+    switch (event.id.control) {
+        case Control::pause:
+            return pause(on);
+        case Control::recentre:
+            workplace = before_head(head_of(newest_views), options.workplace);
             return;
-        case PanelAct::posture:
-            floor = floor == Floor::seated ? Floor::standing : Floor::seated;
+        case Control::standing:
+            floor = on ? Floor::standing : Floor::seated;
             headset->set_floor(floor);
             replace_workplace = true;
             return;
-        case PanelAct::side:
-            panel_side = panel_side == left ? right : left;
-            return;
-        case PanelAct::hold:
-            end_carrying();
-            carrying = !carrying, zooming = false;
-            fists = {};
-            return send_presence();
-        case PanelAct::quit:
+        case Control::carry:
+            return carry(on);
+        case Control::quit:
             leaving = true;
             runtime([&] { headset->leave(); });
             return;
         default:
-            desk.apply(command, *state, *live, hands);
-            if (options.stepped) live->wait_for_commands();
+            return;
     }
 }
 
-HeadsetPicture HeadsetLoop::picture_of(std::vector<HandLook> looks, bool repaint)
+HeadsetPicture HeadsetLoop::picture_of(std::vector<HandLook> looks)
 {
-    if (repaint) {
-        PanelView seen = desk.view(*state, hands);
-        seen.paused = paused, seen.carrying = carrying;
-        seen.standing = headset->facts().floor == Floor::standing;
-        seen.notice = notices.at(timing.time);
-        panel.draw(canvas, seen, end.figures);
-    }
-    HeadsetPicture picture{*state,    std::move(looks),          hands.options(),
-                           workplace, float(options.near_plane), repaint ? &canvas : nullptr,
-                           {}};
-    if (options.panel) picture.panel = HeadsetPanel::pose(options.workplace, panel_side);
-    picture.panel_width = HeadsetPanel::pixel * HeadsetPanel::width;
-    picture.panel_height = HeadsetPanel::pixel * HeadsetPanel::height;
+    HeadsetPicture picture{*state, std::move(looks), hands.options(), workplace,
+                           float(options.near_plane)};
+    if (panel.exists())
+        picture.panels = panel.shown(), picture.panel_changed = panel.take_changed();
     picture.at_once = options.stepped, picture.now = time.time();
     const double period = timing.period > 0 ? timing.period : EyesOptions::usual_period(options);
     if (!options.stepped && options.min_scale < 1) picture.budget = EyesOptions::gl_share * period;
@@ -366,17 +432,19 @@ void HeadsetLoop::rehearse()
     state = live->state();
     std::vector<HandLook> looks = HeadsetHands::open(hands.options()).looks();
     for (HandLook& look : looks) look.opacity = 1;  // opaque hands cast shadows
-    const HeadsetPicture picture = picture_of(std::move(looks), options.panel);
+    if (panel.exists()) {
+        control.follow(*state, *live, 0);
+        panel.frame(times, {}, 0, 0);
+    }
+    const HeadsetPicture picture = picture_of(std::move(looks));
     drawing([&] { eyes->rehearse(picture); });
 }
 
 // Returns false if drawing fails, with a message the first time.
 bool HeadsetLoop::draw(const HeadsetViews& views, FrameParts& parts)
 {
-    constexpr int often = 9;  // interval of the graph [frames]
-    const bool repaints = options.panel && (panel_age++ % often == 0 || panel.moves());
     try {
-        const HeadsetPicture picture = picture_of(hands.looks(), repaints);
+        const HeadsetPicture picture = picture_of(hands.looks());
         const EyesDrawn drawn = drawing([&] { return eyes->draw(views, picture); });
         end.gl_errors = eyes->gl_errors();
         parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;

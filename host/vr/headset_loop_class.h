@@ -12,8 +12,8 @@
 #include "host/vr/headset_hands.h"
 #include "host/vr/headset_loop.h"
 #include "host/vr/headset_notices.h"
+#include "host/vr/headset_panel.h"
 #include "host/vr/headset_time.h"
-#include "host/vr/panel_desk.h"
 
 namespace knead {
 
@@ -43,16 +43,22 @@ class HeadsetLoop : public HeadsetSession {
     void simulate(const HeadsetViews& views, bool runs, FrameParts& parts);
     void push(HandFrame given, bool runs, double now);
     void follow_history();
-    HeadsetPicture picture_of(std::vector<HandLook> looks, bool repaint);
+    HeadsetPicture picture_of(std::vector<HandLook> looks);
     void rehearse();
     bool draw(const HeadsetViews& views, FrameParts& parts);
-    void poke(const HeadsetViews& views);
+    void open_panel();
+    void place_panel();
+    void follow_panel(const HeadsetViews& views);
+    PanelSurroundings surroundings(const HeadsetViews& views) const;
+    void follow_tools();
+    void add_times(const FrameParts& parts);
     void follow_fists(const HandFrame& given);
     void begin_carrying(int category, Side by);
     void end_carrying();
     void send_presence();
     void pause(bool on);
-    void apply(const PanelCommand& command, const HeadsetViews& views);
+    void execute(const ControlEvent& event);
+    void carry(bool on);
     void check_end(const HeadsetEvents& events);
 
     CallGate& gate;
@@ -83,17 +89,21 @@ class HeadsetLoop : public HeadsetSession {
     int history = 0;        // of the current state
     SessionRecord record;
 
-    HeadsetPanel panel;
-    PanelDesk desk;
-    PanelCanvas canvas;
-    Side panel_side = left;
+    PanelController control;
+    HeadsetPanel panel{control};
+    Side placed_side = left;    // of the panel, when it was placed,
+    double placed_zoom = 0;     // and the zoom of the hands
+    float opened_distance = 0;  // of the panel, for which its letters are large enough [m]
+    DocumentPtr tools_of;       // whose tools the hands hold
+    TimeGraph times;            // of the last frames
+    HeadsetViews newest_views;  // of this frame
     bool paused = false;
     bool carrying = false;  // hands carry clay instead of shaping it
     FistGesture fists;
     std::vector<ObjectRef> carried;  // objects in a fist
     Side carried_by = right;
     bool zooming = false;    // two fists have zoomed in the previous frame
-    int panel_age = 0;       // frames since it was painted; 0: repaint
+    int facts_age = 0;       // frames since the panel's lines of text were renewed
     std::string draw_error;  // reason of the last drawing failure; "": none
     HeadsetNotices notices;
     std::future<std::vector<Recoverable>> recoverable;  // being searched

@@ -13,33 +13,35 @@ std::string short_refusal(const std::string& message)
     return message.substr(0, from) + message.substr(to + 3);
 }
 
-void HeadsetNotices::tell(const std::string& message, double now)
+void HeadsetNotices::tell(const std::string& message)
 {
     if (message.empty()) return;
     notify(message);
-    notice.show(message, now);
+    show(message);
 }
 
 void HeadsetNotices::follow(const LiveState& state, double now)
 {
     const bool saved = std::exchange(unsaved, state.unsaved) && !state.unsaved;
-    if (saved && state.log.trouble.empty()) tell(session_line(state), now);
+    if (saved && state.log.trouble.empty()) tell(session_line(state));
     if (state.refused == refused) return;
     refused = state.refused;
     const std::string words = short_refusal(state.refusal);
-    if (notice.at(now) != words) notify("refused: " + state.refusal);
-    notice.show(words, now);
+    constexpr double repeated = 5;  // a refusal of less than so long ago is not reported again [s]
+    if (words != last_refusal || now > refused_at + repeated) notify("refused: " + state.refusal);
+    last_refusal = words, refused_at = now;
+    show(words);
 }
 
 void HeadsetNotices::follow(const HeadsetHands& hands, double now)
 {
     tracking.frame(now, hands.slow_restarts());
     const bool was = std::exchange(too_slow, tracking.too_slow());
-    if (!too_slow) return;
+    if (!too_slow || was) return;
     const std::string words =
         fmt::format("tracking is too slow to shape: {:.1f} Hz", tracking.rate());
-    if (!was) notify(words + "; fast hands pass through the clay");
-    if (notice.at(now).empty()) notice.show(words, now);
+    notify(words + "; fast hands pass through the clay");
+    show(words);
 }
 
 }  // namespace knead

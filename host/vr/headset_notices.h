@@ -9,42 +9,29 @@
 
 namespace knead {
 
-// A sentence that is shown for some seconds.
-class Notice {
-  public:
-    static constexpr double lasting = 5;  // [s]
-
-    // `now`: ascending time [s]. Replaces the current sentence.
-    void show(std::string words, double now) { text = std::move(words), since = now; }
-    // "" after `lasting`.
-    std::string at(double now) const { return now - since < lasting ? text : std::string(); }
-
-  private:
-    std::string text;
-    double since = -1e30;  // [s]
-};
-
 // Text of a refusal without the position in it.
 std::string short_refusal(const std::string& message);
 
 class HeadsetNotices {
   public:
-    explicit HeadsetNotices(std::function<void(const std::string&)> by) : notify(std::move(by)) {}
+    using Report = std::function<void(const std::string&)>;
+    // `shows`: on the panel, for some seconds.
+    HeadsetNotices(Report by, Report shows) : notify(std::move(by)), show(std::move(shows)) {}
 
     // Reports a refusal since the state before, and a save that was written. Repetitions, as in
     // every frame while clay is carried against a wall, are reported once.
     void follow(const LiveState& state, double now);
     // Reports a message; "": none.
-    void tell(const std::string& message, double now);
+    void tell(const std::string& message);
     // Reports tracking that is too slow. Call after pushing the hands.
     void follow(const HeadsetHands& hands, double now);
-    std::string at(double now) const { return notice.at(now); }
 
   private:
-    std::function<void(const std::string&)> notify;
-    Notice notice;
-    int refused = 0;       // number of refusals reported
-    bool unsaved = false;  // in the state before
+    Report notify, show;
+    int refused = 0;            // number of refusals reported
+    std::string last_refusal;   // reported,
+    double refused_at = -1e30;  // or repeated [s]
+    bool unsaved = false;       // in the state before
     TrackingWatch tracking;
     bool too_slow = false;  // in the previous frame
 };

@@ -1,111 +1,71 @@
-// The panel beside the clay: its items, their layout, and the commands of a finger that pokes them.
-// Independent of OpenGL and the simulation.
+// The panel of the headset: where it stands, which finger presses it, and when it is drawn again.
+// The main panel is beside the clay; undo and redo lie on the palm of the support hand.
 #pragma once
-#include <optional>
-#include <string>
 #include <vector>
 
-#include "host/vr/headset_figures.h"
-#include "host/vr/headset_view.h"
-#include "host/vr/panel_text.h"
+#include "host/ui/panel_controller.h"
+#include "host/ui/panel_drawing.h"
+#include "host/vr/finger_pointer.h"
+#include "host/vr/panel_place.h"
 
 namespace knead {
 
-enum class PanelAct {
-    scene,
-    material,
-    stiffness,
-    yield,
-    left_tool,
-    right_tool,
-    cells,
-    surface,
-    gravity,
-    pause,
-    reset,
-    recentre,
-    posture,
-    side,
-    hold,
-    undo,
-    redo,
-    save,
-    quit
-};
-struct PanelCommand {
-    PanelAct act;
-    int step = 0;       // -1, 1: previous, next; 0: a button or a slider
-    float value = -1;   // of a slider, 0 to 1; negative: no slider
-    unsigned drag = 0;  // of a slider: number of the press, rising from 1
+// Both hands and the head, in the frame of the hands.
+struct PanelSurroundings {
+    Vec3<float> head{};
+    Hand hands[side_count];
+    bool contact[side_count] = {false, false};  // touches clay
+    bool busy[side_count] = {false, false};     // holds a tool, or carries
 };
 
-// What the panel shows.
-struct PanelView {
-    std::string scene, material, left_tool, right_tool;
-    std::string failure;              // why the simulation has ended; "": it has not
-    std::string notice;               // shown for some seconds; "": none
-    float stiffness = 0, yield = -1;  // slider positions, 0 to 1; negative: the material has none
-    int nodes = 0;                    // of the solver's lattice, along x
-    int surface = 0;                  // of the surface's lattice, along its longest side
-    bool gravity = true, paused = false, carrying = false, standing = false;
-    std::string no_undo, no_redo, no_save;  // why these are not available; "": they are
-};
-
-struct PanelItem {
-    PanelRect rect;
-    PanelCommand command;
-    bool slider = false;
-    bool held = false;  // discards work: must be pressed for HeadsetPanel::held_for
-};
+// Bounds of the surface in the simulation's frame [m]; empty if there is no surface.
+Box3<double> clay_box(const LiveState& state);
 
 class HeadsetPanel {
   public:
-    static constexpr int width = 240, height = 224;  // [pixels]
-    static constexpr float pixel = 0.0016f;          // [m]
-    static constexpr float finger = 0.007f;          // from the tip's joint to the skin [m]
-    static constexpr double held_for = 1;            // [s]
+    static constexpr PanelSize size{0.4f, 0.4f}, palm_size{0.084f, 0.074f};  // [m]
+    static constexpr float pixel = 0.00055f;                                 // [m]
+    enum Id { main_panel, palm_panel };
 
-    HeadsetPanel();
-    const std::vector<PanelItem>& items() const { return all; }
+    // Layout of the panel seen from `distance` [m], with capitals of at least a degree everywhere.
+    static PanelDrawingOptions layout(float distance);
+    // The part of the picture that the main panel shows.
+    static TouchPanel main_at(const Joint<float>& pose, const PanelDrawingOptions& layout);
 
-    // Pose in the frame of the hands, x right, y up, z towards the user: left or right of the clay,
-    // within reach, facing a user seated before it.
-    static Joint<float> pose(const Workplace& usual, Side side);
+    // Shows the model of `of`, which must outlive this object.
+    explicit HeadsetPanel(const PanelController& of) : control(of) {}
 
-    // Call each frame for each side. `tip`: tip of the index finger in the panel's frame, with the
-    // origin at its centre [m]; `time` [s] ascends. A press begins when the finger crosses the
-    // surface from the front and ends when it is back. Sliders follow the finger. A held item is
-    // triggered after `held_for`; a finger that leaves or is lost before triggers nothing.
-    std::optional<PanelCommand> poke(Side side, Vec3<float> tip, bool tracked, double time);
-    // Whether the picture is animated: an item is being held, or was released too early.
-    bool moves() const;
+    // Null: no panel; frame() then does nothing.
+    void set_drawing(PanelDrawing* to) { drawing = to, restless = 3; }
+    bool exists() const { return drawing != nullptr; }
+    bool shows_times() const { return drawing && drawing->shows_times(); }
 
-    void draw(PanelCanvas& canvas, const PanelView& view, const FrameFigures& figures) const;
+    // Places it beside the clay's box (simulation frame) [m], on the side that is set.
+    void place(const Workplace& workplace, const Box3<double>& clay, const HandsOptions& hands);
+    float distance() const { return place_.distance; }
+
+    // Processes the fingers at `time` [s] (ascending); lays the panel out again if it has changed
+    // or a finger is near. Returns the events. `period`: since the last frame [s].
+    std::vector<ControlEvent> frame(const TimeGraph& times, const PanelSurroundings& of,
+                                    double time, double period);
+    // Whether it was laid out anew since the last call.
+    bool take_changed() { return std::exchange(changed, false); }
+    // What is shown, in the frame of the hands.
+    const std::vector<TouchPanel>& shown() const { return panels; }
+    const PanelPointer& pointer() const { return finger; }
 
   private:
-    const PanelItem* at(Vec3<float> tip) const;
-    void draw_item(PanelCanvas& canvas, const PanelItem& item, const PanelView& view) const;
-    void draw_graph(PanelCanvas& canvas, const FrameFigures& figures) const;
-
-    std::vector<PanelItem> all;
-    struct Finger {
-        bool armed = false;  // in front of the panel
-        const PanelItem* pressed = nullptr;
-        unsigned press = 0;  // its number
-        float value = -1;    // last reported value of the pressed slider
-        double since = 0;    // beginning of the press [s]
-        bool done = false;   // the pressed held item was triggered
-    };
-    std::optional<PanelCommand> hold(Finger& of, Vec3<float> tip);
-    void let_go(Finger& of);
-    float progress(const PanelItem& item) const;  // of holding, 0 to 1; negative: not held
-    std::string words_on(const PanelItem& item, const PanelView& view) const;
-
-    Finger fingers[side_count];
-    unsigned presses = 0;                   // so far
-    double now = 0;                         // [s]
-    const PanelItem* left_early = nullptr;  // held item that was released too early,
-    double left_at = -1e30;                 // and when [s]
+    const PanelController& control;
+    PanelDrawing* drawing = nullptr;
+    PanelPlace place_;
+    FingerPointer fingers;
+    PalmStrip palm[side_count];
+    PanelPointer finger;
+    std::vector<TouchPanel> panels;
+    PanelModel drawn;
+    int restless = 3;  // frames to lay out even if nothing changes
+    bool changed = false;
+    double laid_out = 0;  // time since it was laid out [s]
 };
 
 }  // namespace knead

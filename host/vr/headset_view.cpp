@@ -72,11 +72,20 @@ Joint<float> head_of(const HeadsetViews& views)
 
 HandsOptions live_hands(const Scene& scene)
 {
-    if (scene.has_hands || scene.objects.empty()) return scene.hands;
+    if (scene.has_hands) return scene.hands;
+    HandsOptions options = scene.hands;
+    if (scene.objects.empty()) {                    // as large as it fits on a table
+        constexpr double table = 0.4, above = 0.1;  // its edge, and the origin above it [m]
+        const Int3 cells = scene.stated_cells;
+        const WallOptions& walls = scene.setup.walls;
+        options.zoom = scene.setup.lattice.dx * std::max({cells.x, cells.y, cells.z}) / table;
+        options.at = 0.5 * (walls.min + walls.max);
+        options.at.y = walls.min.y + above * options.zoom;
+        return options;
+    }
     constexpr double in_hand = 0.2;  // the size of all objects together [m]
     Box3<double> all = empty_box<double>();
     for (const Object& o : scene.objects) grow(all, box_of(o));
-    HandsOptions options = scene.hands;
     options.zoom = longest_edge(all) / in_hand;
     options.at = centre(all);
     return options;

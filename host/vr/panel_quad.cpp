@@ -11,10 +11,11 @@ namespace {
 
 constexpr const char* vertex = R"(#version 450 core
 layout(location = 0) uniform vec4 corners[4];
+layout(location = 4) uniform vec4 part;  // texture coordinates, upper left and lower right
 out vec2 at;
 void main()
 {
-    at = vec2(gl_VertexID & 1, gl_VertexID >> 1);
+    at = mix(part.xy, part.zw, vec2(gl_VertexID & 1, gl_VertexID >> 1));
     gl_Position = corners[gl_VertexID];
 }
 )";
@@ -22,37 +23,20 @@ constexpr const char* fragment = R"(#version 450 core
 layout(binding = 0) uniform sampler2D picture;
 in vec2 at;
 layout(location = 0) out vec4 colour;
+layout(location = 1) out float mark;  // no splat covers it (EyePainter::DrawBetween)
 void main()
 {
     colour = vec4(texture(picture, at).rgb, 1);
+    mark = 1;
 }
 )";
 
 }  // namespace
 
-PanelQuad::PanelQuad(int width, int height, bool srgb)
-    : drawn(program({vertex}, {fragment}, "panel")),
-      picture(texture(GL_TEXTURE_2D)),
-      nothing(vertex_array())
-{
-    int levels = 1;
-    while (levels < 4 && width >> levels > 16) ++levels;
-    glTextureStorage2D(picture, levels, srgb ? GL_SRGB8_ALPHA8 : GL_RGBA8, width, height);
-    glTextureParameteri(picture, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-    glTextureParameteri(picture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTextureParameteri(picture, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTextureParameteri(picture, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-}
-
-void PanelQuad::upload(const PanelCanvas& canvas)
-{
-    glTextureSubImage2D(picture, 0, 0, 0, canvas.width(), canvas.height(), GL_RGBA,
-                        GL_UNSIGNED_BYTE, canvas.rgba().data());
-    glGenerateTextureMipmap(picture);
-}
+PanelQuad::PanelQuad() : drawn(program({vertex}, {fragment}, "panel")), nothing(vertex_array()) {}
 
 void PanelQuad::draw(const std::array<Vec3<float>, 4>& corners, const EyeView& view,
-                     const EyeTarget& target) const
+                     const EyeTarget& target, const PanelTexture& from) const
 {
     float clips[16];
     for (std::size_t k = 0; k < 4; ++k) {
@@ -63,12 +47,12 @@ void PanelQuad::draw(const std::array<Vec3<float>, 4>& corners, const EyeView& v
     glViewport(target.x, target.y, view.width, view.height);
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_GREATER);
+    glDepthFunc(GL_ALWAYS);
     (target.linear ? glEnable : glDisable)(GL_FRAMEBUFFER_SRGB);
     glUseProgram(drawn);
     glUniform4fv(0, 4, clips);
-    const GLuint name = picture;
-    glBindTextures(0, 1, &name);
+    glUniform4f(4, from.u0, from.v0, from.u1, from.v1);
+    glBindTextures(0, 1, &from.name);
     glBindVertexArray(nothing);
     glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     glBindTextures(0, 1, nullptr);

@@ -1,9 +1,9 @@
-// Textured rectangle in the scene, drawn after an EyePainter with depth test.
+// Textured rectangles in the scene.
 #pragma once
 #include <array>
 
 #include "host/vr/headset_view.h"
-#include "host/vr/panel_text.h"
+#include "host/vr/panel_texture.h"
 #include "render/eye_painter.h"
 #include "render/gl.h"
 
@@ -12,16 +12,15 @@ namespace knead {
 class PanelQuad {
   public:
     // Precondition: a context is current and load_gl() was called.
-    PanelQuad(int width, int height, bool srgb);
-    void upload(const PanelCanvas& canvas);
-    // `corners`: upper left, upper right, lower left, lower right, in the eye's world [m].
-    // `target`: as drawn by EyePainter; its depth is near / distance.
+    PanelQuad();
+    // Opaque, nearer or not than what was drawn before, which it replaces; writes its depth. For
+    // EyePainter::DrawBetween: hands come after it. `corners` as below, `target` linear. Panels
+    // that overlap are drawn from the farthest to the nearest.
     void draw(const std::array<Vec3<float>, 4>& corners, const EyeView& view,
-              const EyeTarget& target) const;
+              const EyeTarget& target, const PanelTexture& picture) const;
 
   private:
     Program drawn;
-    Texture picture;
     VertexArray nothing;
 };
 

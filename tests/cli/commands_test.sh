@@ -120,6 +120,42 @@ answers 0 "${run[@]}" written.json --commands locked.jsonl --keep-going --out ke
 complains '"a" is locked'
 [ "$(value kept/report.json "['knead']['frames']")" = 6 ] || wrong "frames after a refusal"
 
+# Exports: of frame 0 and of the last, by object, in millimetres; they change nothing.
+cat >export.jsonl <<'LOG'
+{"frame":0,"export":{"file":"all.obj"}}
+{"frame":3,"export":{"file":"a.stl","objects":["a"]}}
+{"frame":6,"export":{"file":"all.glb"}}
+LOG
+answers 0 "${run[@]}" written.json --commands export.jsonl --out exported
+[ "$(value written/report.json "['knead']['state_hash']")" = \
+    "$(value exported/report.json "['knead']['state_hash']")" ] || wrong "an export changes the run"
+[ "$(grep '^o ' exported/all.obj | tr '\n' ';')" = 'o a;o b;' ] || wrong "names in an OBJ"
+python3 - exported/a.stl exported/all.glb <<'PY' || wrong "what was exported"
+import json, struct, sys
+stl, glb = [open(f, 'rb').read() for f in sys.argv[1:]]
+assert stl.startswith(b'knead; millimetres '), stl[:20]
+count, = struct.unpack_from('<I', stl, 80)
+assert count > 100 and len(stl) == 84 + 50 * count, count
+x = [struct.unpack_from('<12f', stl, 84 + 50 * k)[3::3] for k in range(count)]
+across = max(map(max, x)) - min(map(min, x))
+assert abs(across - 80) < 20, across
+document = json.loads(glb[20:20 + struct.unpack_from('<I', glb, 12)[0]])
+assert [n['name'] for n in document['nodes']] == ['a', 'b'], document['nodes']
+assert [m['name'] for m in document['meshes']] == ['a', 'b'], document['meshes']
+PY
+refused 'expected a name that ends in .glb' '{"frame":1,"export":{"file":"a.step"}}'
+refused '/export/objects: refused: there is no object "c"' \
+    '{"frame":1,"export":{"file":"a.glb","objects":["c"]}}'
+refused 'no splats' '{"frame":1,"export":{"file":"a.spz"}}'
+refused '/export/unit' '{"frame":1,"export":{"file":"a.glb","unit":"foot"}}'
+refused 'at least one object' '{"frame":1,"export":{"file":"a.glb","objects":[]}}'
+echo '{"frame":1,"export":{"file":"none/a.glb"}}' >nowhere.jsonl
+answers 5 "${run[@]}" written.json --commands nowhere.jsonl --out unwritten
+complains 'none/a.glb: '
+echo '{"frame":1,"export":{"file":"a.glb"}}' >bare.jsonl
+answers 3 "${run[@]}" nothing.json --commands bare.jsonl
+complains 'there is nothing to export'
+
 answers 3 "${run[@]}" nothing.json
 complains 'expected an array of 1 to 256 objects'
 answers 3 "${run[@]}" written.json --commands missing.jsonl

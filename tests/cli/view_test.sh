@@ -144,6 +144,20 @@ grep -q " 0 particle-substeps" "$out/said.txt" && fail "after a reset the hand t
 grep -q '"mark":{"text":"reset"}' "$out/kept/hands.hands.commands" ||
     fail "a reset that is not recorded"
 
+# Escape takes back the press under way, and the button has no effect until it is up.
+cat >"$out/cancel" <<END
+0 move 200 120
+0 key h tap
+0 key tab tap
+0.5 button left down
+0.9 key escape tap
+END
+"$knead" view scenes/squeeze.json "${small[@]}" --script "$out/cancel" --frames 110 --overwrite \
+    --out "$out/kept" >"$out/said.txt" 2>"$out/errors.txt"
+[ $? -eq 0 ] || fail "view with a press that is cancelled"
+grep -q " 0 particle-substeps" "$out/said.txt" && fail "the press touched nothing"
+grep -q '"undo":{}' "$out/kept/hands.hands.commands" || fail "escape did not undo the press"
+
 # A signal writes them, too. Paused and untouched the window costs next to nothing: of some two
 # seconds, soon, no more than 3 % of a core.
 ticks() { awk '{ print $14 + $15 }' "/proc/$1/stat"; }
@@ -189,7 +203,23 @@ END
 "$knead" replay "$clay" --check -q >"$out/said.txt" 2>"$out/errors.txt" ||
     fail "another replay than what the window saved"
 grep -q '"undo":{}' "$out/gone_on"/*.commands 2>/dev/null || fail "Ctrl+Z is no undo"
-[ -z "$(ls "$out/state/knead")" ] || fail "a log that is saved was left: $(ls "$out/state/knead")"
+[ -z "$(find "$out/state/knead" -name '*.log')" ] ||
+    fail "a log that is saved was left: $(ls "$out/state/knead")"
+grep -q '"[^"]*clay.knead"' "$out/state/knead/recent.json" || fail "the session is no recent file"
+# What is not saved is asked about: escape keeps the window; so does a question without an answer.
+cat >"$out/ask" <<END
+0.05 key r tap
+0.1 close
+0.15 key escape tap
+0.2 close
+END
+"$knead" view "$clay" --device cpu --size 320x240 --script "$out/ask" --frames 30 \
+    >"$out/said.txt" 2>"$out/errors.txt"
+[ $? -eq 0 ] && grep -q "^30 frames drawn" "$out/said.txt" || fail "closed without a question"
+echo "0.1 close" >"$out/close"
+"$knead" view "$clay" --device cpu --size 320x240 --script "$out/close" --frames 30 \
+    >"$out/said.txt" 2>"$out/errors.txt"
+[ $? -eq 0 ] && grep -q "^[0-9] frames drawn" "$out/said.txt" || fail "a question about nothing"
 "$knead" view "$clay" --set surface.nodes=24 >"$out/said.txt" 2>"$out/errors.txt"
 [ $? -eq 2 ] && grep -q -- "--set: a session" "$out/errors.txt" || fail "settings of a session"
 head -c 100 "$clay" >"$out/cut.knead"
@@ -209,5 +239,19 @@ do
         fail "what was said of ${scene%% *}"
     [ -s "$out/${scene%% *}.png" ] || fail "no picture of ${scene%% *}"
     grep -q "; [1-9][0-9]* splats" "$out/said.txt" || fail "no splats of ${scene%% *}"
+done
+# An empty table, with a scene's name or without; splats on it; asking to close ends it.
+echo "0.2 close" >"$out/close"
+for scene in "" new scenes/pot.spz; do
+    # shellcheck disable=SC2086
+    "$knead" view $scene --cells 16 --size 160x120 --device cpu --script "$out/close" \
+        --out "$out/table" --overwrite >"$out/said.txt" 2>"$out/errors.txt"
+    [ $? -eq 0 ] || fail "view of a table: $scene"
+    grep -q "^1[0-9] frames drawn by .* 0 OpenGL errors" "$out/said.txt" || fail "no close: $scene"
+    [ "$(number "$out/table/view.json" particles)" -gt 0 ] && has=clay || has=nothing
+    case $scene in
+        *.spz) [ $has = clay ] && grep -q "; [1-9][0-9]* splats" "$out/said.txt" ;;
+        *) [ $has = nothing ] ;;
+    esac || fail "the table of \"$scene\" has $has"
 done
 cat "$out/said.txt"

@@ -16,8 +16,8 @@
 #include "host/base/child.h"
 #include "host/base/errors.h"
 #include "host/hands/recording.h"
-#include "host/vr/headset_panel.h"
 #include "tests/folder.h"
+#include "tests/vr/panel_drivers.h"
 
 namespace knead {
 namespace fs = std::filesystem;
@@ -220,36 +220,31 @@ class KneadVr : public InFolder {
     std::vector<Json> log;
 };
 
-// A right hand whose index finger goes through what is at each of `targets` of the panel, and back,
-// one after the other: 60 frames each, of which it is on it for 30; 130 and 100 of an item that is
-// to be held.
-inline Recording poking(const std::vector<PanelAct>& targets)
+// A right hand whose index finger does what `act` lets it do on the panel. Empty in a build without
+// panels.
+inline Recording poking(const std::function<void(PanelDriver&, PanelSession&)>& act)
 {
-    const HeadsetPanel panel;
-    const Joint<float> at = HeadsetPanel::pose(Workplace{{0, 0, 0}, 0}, left);
     Recording recording{"poke", 90, 0, {}};
-    for (const PanelAct target : targets) {
-        // Of two arrows the one that goes on.
-        const PanelItem* item = nullptr;
-        for (const PanelItem& one : panel.items())
-            if (one.command.act == target) item = &one;
-        const float x = item->rect.x + 0.5f * item->rect.width - 0.5f * HeadsetPanel::width;
-        const float y = 0.5f * HeadsetPanel::height - item->rect.y - 0.5f * item->rect.height;
-        for (int k = 0; k < (item->held ? 130 : 60); ++k) {
-            const float z = 0.06f - 0.05f * std::min(float(k) / 30, 1.0f) - 0.012f * float(k >= 30);
-            const Vec3<float> tip{HeadsetPanel::pixel * x, HeadsetPanel::pixel * y, z};
-            HandFrame frame;
-            frame.time = double(recording.frames.size()) / 90.0;
-            Hand& hand = frame.hand[right] = open_hand(right);
-            const Vec3<float> shift = at.p + rotate(at.q, tip) - hand.joints[index_tip].p;
-            for (auto& joint : hand.joints) joint.p = joint.p + shift;
-            hand.tracked = true;
-            hand.valid.fill(true);
-            for (auto& joint : frame.hand[left].joints) joint = {{0, 0, 0, 0}, {0, 0, 0}};
-            recording.frames.push_back(frame);
-        }
-    }
+    PanelSession session(in_headset);
+    FingerDriver finger(session, Workplace{{0, 0, 0}, 0});
+    if (!finger.drawing) return recording;
+    finger.moved = [&](Vec3<float> tip, bool tracked) {
+        HandFrame frame;
+        frame.time = double(recording.frames.size()) / 90.0;
+        Hand& hand = frame.hand[right] = open_hand(right);
+        const Vec3<float> shift = tip - hand.joints[index_tip].p;
+        for (auto& joint : hand.joints) joint.p = joint.p + shift;
+        hand.tracked = tracked;
+        hand.valid.fill(tracked);
+        for (auto& joint : frame.hand[left].joints) joint = {{0, 0, 0, 0}, {0, 0, 0}};
+        recording.frames.push_back(frame);
+    };
+    act(finger, session);
     return recording;
+}
+inline Recording poking(Control target)
+{
+    return poking([&](PanelDriver& finger, PanelSession&) { finger.press({target, 0}); });
 }
 
 }  // namespace knead

@@ -127,7 +127,7 @@ TEST_F(KneadVr, is_left_by_a_finger_on_quit_and_paused_by_one_on_pause)
     Json script = squeeze();
     script["render_every"] = 20;
     script["hands"] = path("poke.hands");
-    write_recording(path("poke.hands"), poking({PanelAct::quit}));
+    write_recording(path("poke.hands"), poking(Control::quit));
     EXPECT_EQ(vr(script, {"--frames", "500"}), exit_ok);
     expect_sound();
     EXPECT_EQ(report["reason"], "");
@@ -136,7 +136,7 @@ TEST_F(KneadVr, is_left_by_a_finger_on_quit_and_paused_by_one_on_pause)
     EXPECT_GT(report["drawn"], 0);
 
     // Time stands still once it is paused: the runtime has to end it.
-    write_recording(path("poke.hands"), poking({PanelAct::pause}));
+    write_recording(path("poke.hands"), poking(Control::pause));
     script["faults"] = {{{"kind", "exit"}, {"frame", 200}}};
     EXPECT_EQ(vr(script, {"--frames", "500"}), exit_ok);
     expect_sound();

@@ -1,0 +1,218 @@
+#include "host/ui/controls.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "host/document/command_table.h"
+
+namespace knead {
+namespace {
+
+// Label and help of the command that the control sends.
+template <class C>
+constexpr ControlRow command(Control control, PanelPart part, unsigned shown, bool discards = false,
+                             const char* keys = "", const char* like = "")
+{
+    return {
+        control, Row<C>::row.name, Row<C>::row.label, Row<C>::row.help, part, shown, discards, keys,
+        like};
+}
+
+using Part = PanelPart;
+
+}  // namespace
+
+const std::array<ControlRow, control_count> control_rows{{
+    command<Undo>(Control::undo, Part::session, everywhere | on_palm, false, "Ctrl+Z",
+                  "Blender, ZBrush, SuperSplat"),
+    command<Redo>(Control::redo, Part::session, everywhere | on_palm, false, "Ctrl+Shift+Z Ctrl+Y",
+                  "Blender, ZBrush, SuperSplat; SculptGL (Ctrl+Y)"),
+    command<GoTo>(Control::go_to, Part::session, everywhere),
+    {Control::new_scene, "new", "New", "Opens an empty table: floor and gravity, no clay.",
+     Part::session, in_window, true, "Ctrl+N", "Blender, MeshLab"},
+    command<Open>(Control::open, Part::session, everywhere, true, "Ctrl+O", "Blender, ZBrush"),
+    command<Save>(Control::save, Part::session, everywhere, false, "Ctrl+S", "Blender, ZBrush"),
+    {Control::save_as, "save_as", "Save as...", "Writes the session to another file.",
+     Part::session, in_window, false, "Ctrl+Shift+S", "Blender"},
+    command<Export>(Control::export_file, Part::session, everywhere, false, "Ctrl+E", "MeshLab"),
+    {Control::export_what, "export_what", "What", "Surface or splats.", Part::session, in_window},
+    {Control::export_unit, "export_unit", "Unit",
+     "Of the numbers in the file; automatic: metres, in STL millimetres, as slicers read it.",
+     Part::session, in_window},
+    {Control::export_chosen, "export_chosen", "The chosen object alone",
+     "Off: all that are not hidden.", Part::session, in_window},
+    {Control::recover, "recover", "Recover",
+     "Goes on with a session that ended without being saved.", Part::session, in_window, true},
+    {Control::discard_log, "discard_log", "Discard", "Deletes it; it cannot be recovered then.",
+     Part::session, in_window, true},
+    {Control::hide_recoverable, "hide_recoverable", "Not now",
+     "Hides the list until the next start.", Part::session, in_window},
+    {Control::object, "object", "Object", "Chooses the object that the controls below change.",
+     Part::clay, everywhere},
+    command<Rename>(Control::rename, Part::clay, in_window, false, "F2", "Blender"),
+    {Control::preset, "material", "Material", "Replaces the object's material.", Part::clay,
+     everywhere},
+    {Control::quantity, "quantity", "", "Changes a quantity of the object's material.", Part::clay,
+     everywhere},
+    {Control::lock, "lock", "Locked",
+     "A locked object takes no command, and hands cannot carry it.", Part::clay, everywhere},
+    {Control::hide, "hide", "Hidden",
+     "Simulated but not drawn, once all objects of its category are hidden.", Part::clay,
+     everywhere},
+    command<RemoveObjects>(Control::remove, Part::clay, everywhere, false, "Delete",
+                           "Blender, SuperSplat"),
+    {Control::left_tool, "left", "Left hand", "What the left hand holds.", Part::hands, everywhere},
+    {Control::right_tool, "right", "Right hand", "What the right hand holds.", Part::hands,
+     everywhere},
+    {Control::mouse_hand, "hand", "The mouse leads a hand",
+     "On: the left button presses the hand into the clay. Off: it turns the view.", Part::hands,
+     in_window, false, "H"},
+    {Control::posture, "posture", "Posture",
+     "Posture of the hand that the mouse leads; the key selects the next one.", Part::hands,
+     in_window, false, "P"},
+    {Control::press, "press", "Press", "How far a press moves the hand forward.", Part::hands,
+     in_window},
+    {Control::tilt, "tilt", "Tilt", "Tilts the hand that the mouse leads.", Part::hands, in_window},
+    {Control::roll, "roll", "Roll", "Rolls the hand that the mouse leads.", Part::hands, in_window},
+    {Control::curl, "curl", "", "Curls a finger of the hand that the mouse leads.", Part::hands,
+     in_window},
+    {Control::carry, "hold", "Hold",
+     "On: fists carry objects, two fists zoom, and hands touch nothing. Off: hands shape.",
+     Part::hands, in_headset},
+    {Control::support, "support", "Undo on the left palm",
+     "Which palm has undo and redo: off is the right one.", Part::hands, in_headset},
+    {Control::panel_side, "side", "Panel on the left", "On which side the panel stands.",
+     Part::hands, in_headset},
+    {Control::recentre, "recentre", "Recentre", "Puts the clay before the head.", Part::hands,
+     in_headset},
+    {Control::standing, "standing", "Standing", "Places count from the floor, not from the head.",
+     Part::hands, in_headset},
+    command<Pause>(Control::pause, Part::scene, everywhere, false, "Space",
+                   "Blender (animation), video players"),
+    {Control::advance, "advance", "Step", "Computes one frame while paused.", Part::scene,
+     in_window, false, "N"},
+    command<Reset>(Control::reset, Part::scene, everywhere, true, "R"),
+    command<Play>(Control::recorded, Part::scene, everywhere),
+    {Control::gravity, "gravity", Row<SetGravity>::row.label, "Gravity, downwards.", Part::scene,
+     everywhere},
+    command<SetLattice>(Control::cells, Part::scene, everywhere, true),
+    command<SetSurface>(Control::surface, Part::scene, everywhere),
+    {Control::frame_view, "frame", "Frame",
+     "Fits the view to the chosen object's category of clay, from the same side.", Part::view,
+     in_window, false, "F", "Maya, SuperSplat"},
+    {Control::frame_all, "frame_all", "Frame all", "Fits the view to all clay, from the same side.",
+     Part::view, in_window, false, "Home", "Blender"},
+    {Control::panels, "panels", "Panels", "Shows or hides the panels.", Part::view, in_window,
+     false, "Tab", "Photoshop, Substance 3D Painter"},
+    {Control::help, "help", "Keys and gestures", "Lists keys and gestures.", Part::view, in_window,
+     false, "F1 ?", "most programs; ? on the web"},
+    {Control::screenshot, "screenshot", "Picture", "Writes a picture, knead_0001.png.", Part::view,
+     in_window, false, "F12", "Blender, Steam"},
+    {Control::film, "film", "Film", "Begins or ends a film, knead_0001.mp4.", Part::view, in_window,
+     false, "V"},
+    {Control::quit, "quit", "Quit", "Ends the session.", Part::view, everywhere, true, "Ctrl+Q",
+     "Blender, programs of GNOME"},
+    {Control::answer, "answer", "", "Answers a question.", Part::session, not_shown},
+}};
+
+const ControlRow* control_named(std::string_view name)
+{
+    const auto at = std::find_if(control_rows.begin(), control_rows.end(),
+                                 [&](const ControlRow& row) { return name == row.name; });
+    return at == control_rows.end() ? nullptr : &*at;
+}
+
+const std::array<GestureRow, 14> gesture_rows{{
+    {"left button",
+     "presses the hand in while it is down; without a hand, a click chooses an object",
+     "Blender, SculptGL"},
+    {"dragging with the left button, without a hand", "turns the view",
+     "SuperSplat, SculptGL, MeshLab"},
+    {"Esc",
+     "closes an open list, dialog or question; else cancels a press and undoes it; else closes the "
+     "list of keys or the notice",
+     "Blender"},
+    {"middle button, right button, or Alt and left", "turns the view around the point looked at",
+     "Blender (middle), Maya (Alt and left)"},
+    {"Shift and middle or right, or Alt and middle", "moves the view sideways",
+     "Blender (Shift and middle), Maya (Alt and middle)"},
+    {"Alt and right", "moves the view nearer or farther", "Maya"},
+    {"wheel",
+     "moves the view nearer or farther; with the hand, moves the hand along the line of sight",
+     "Blender, MeshLab, SculptGL"},
+    {"Ctrl and wheel", "moves the view nearer or farther while the mouse leads the hand", ""},
+    {"1 to 5, G", "curl one finger while held, the thumb to the little finger; all of them", ""},
+    {"Q and E", "roll the hand anticlockwise and clockwise", ""},
+    {"T and B", "tilt the fingers down and up", ""},
+    {"Ctrl and a click on a slider", "opens a field for a number",
+     "Dear ImGui, Blender (a double click)"},
+    {"a file dropped on the window", "opens a scene or a session, adds splats",
+     "Blender, MeshLab, SuperSplat"},
+    {"the window's close button", "asks if work is not saved", "Blender"},
+}};
+
+namespace {
+
+// Breaks lines between words; those after the first begin with `indent` spaces.
+std::string wrapped(const std::string& text, std::size_t width, std::size_t indent)
+{
+    std::string lines;
+    std::size_t column = 0;
+    std::istringstream words(text);
+    for (std::string word; words >> word;) {
+        if (column > 0 && column + 1 + word.size() > width) {
+            lines += "\n" + std::string(indent, ' ');
+            column = indent;
+        } else if (column > 0) {
+            lines += ' ', ++column;
+        }
+        lines += word, column += word.size();
+    }
+    return lines + "\n";
+}
+
+std::string listed(const char* keys, const char* between)
+{
+    std::string list;
+    std::istringstream words(keys);
+    for (std::string word; words >> word;) list += (list.empty() ? "" : between) + word;
+    return list;
+}
+
+}  // namespace
+
+std::string keys_text()
+{
+    std::string text = "Keys and gestures of knead view:\n\n";
+    for (const ControlRow& row : control_rows)
+        if (*row.keys)
+            text += "  " +
+                    wrapped(fmt::format("{}: {}. {}", listed(row.keys, ", "), row.label, row.help),
+                            78, 6);
+    for (const GestureRow& row : gesture_rows)
+        text += "  " + wrapped(fmt::format("{}: {}", row.input, row.effect), 78, 6);
+    return text;
+}
+
+std::string keys_page()
+{
+    constexpr std::size_t width = 100;
+    const auto same_in = [](const char* like) {
+        return *like ? fmt::format(" As in: {}.", like) : std::string();
+    };
+    std::string text;
+    for (const ControlRow& row : control_rows)
+        if (*row.keys)
+            text += wrapped(fmt::format("- `{}`: **{}**. {}{}", listed(row.keys, "`, `"), row.label,
+                                        row.help, same_in(row.like)),
+                            width, 2);
+    text += "\n";
+    for (const GestureRow& row : gesture_rows)
+        text += wrapped(fmt::format("- *{}*: {}.{}", row.input, row.effect, same_in(row.like)),
+                        width, 2);
+    return text;
+}
+
+}  // namespace knead

@@ -1,0 +1,460 @@
+#include "host/ui/panel_model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "host/document/command_table.h"
+#include "host/document/export_plan.h"
+#include "host/scene/new_scene.h"
+#include "host/scene/presets.h"
+#include "host/ui/material_feel.h"
+#include "host/ui/panel_commands.h"
+#include "host/ui/session_line.h"
+
+namespace knead {
+namespace {
+namespace fs = std::filesystem;
+
+// Choices of the panel; the first leaves it to the command.
+template <class T>
+std::vector<std::string> with_automatic(const Names<T>& names)
+{
+    std::vector<std::string> all{"automatic"};
+    for (const auto& [name, value] : names) all.push_back(name);
+    return all;
+}
+
+constexpr const char* finger_names[] = {"Thumb", "Index", "Middle", "Ring", "Little"};
+
+const SceneObject* chosen_object(const UiState& ui)
+{
+    return ui.document ? ui.document->find(ui.chosen) : nullptr;
+}
+
+int place_of(const std::vector<std::string>& all, const std::string& one)
+{
+    const auto at = std::find(all.begin(), all.end(), one);
+    return at == all.end() ? -1 : int(at - all.begin());
+}
+
+// Builds the sections: each control that is shown in this place is added to the section of its row.
+class Builder {
+  public:
+    Builder(const LiveState& of, const UiState& by, PanelModel& to) : state(of), ui(by), model(to)
+    {
+    }
+
+    // Null: it is not shown here.
+    ControlState* add(Control control, ControlValue value = {}, int index = 0)
+    {
+        const ControlRow& row = row_of(control);
+        if (!(row.shown & ui.place)) return nullptr;
+        auto at = std::find_if(model.sections.begin(), model.sections.end(),
+                               [&](const PanelSection& s) { return s.part == row.part; });
+        if (at == model.sections.end()) at = model.sections.insert(at, PanelSection{row.part, {}});
+        ControlState& one = at->controls.emplace_back();
+        one.id = {control, index}, one.label = row.label, one.value = std::move(value);
+        return &one;
+    }
+    void number(Control control, double value, SliderRange range, const char* unit, int index = 0,
+                const char* label = nullptr)
+    {
+        ControlState* const one = add(control, value, index);
+        if (!one) return;
+        if (label) one->label = label;
+        one->unit = unit;
+        one->low = std::min(range.low, value), one->high = std::max(range.high, value);
+        one->logarithmic = range.logarithmic && value > 0;
+        one->why_not = reason(control, value, index);
+    }
+    void whole(Control control, int value, WholeRange range)
+    {
+        ControlState* const one = add(control, value);
+        if (!one) return;
+        one->low = std::min(range.low, value), one->high = std::max(range.high, value);
+        one->step = range.step;
+        one->why_not = reason(control, value);
+    }
+    void choice(Control control, int value, std::vector<std::string> choices)
+    {
+        ControlState* const one = add(control, value);
+        if (!one) return;
+        one->choices = std::move(choices);
+        one->why_not = reason(control, value);
+    }
+    void button(Control control, const std::string& why_not = {}, int index = 0)
+    {
+        if (ControlState* const one = add(control, {}, index)) one->why_not = why_not;
+    }
+    void toggle(Control control, bool on)
+    {
+        if (ControlState* const one = add(control, on)) one->why_not = reason(control, on);
+    }
+
+  private:
+    // Why the command that this control sends is not available.
+    std::string reason(Control control, ControlValue value, int index = 0) const
+    {
+        for (const Command& one : commands_for(state, ui, {{control, index}, std::move(value), 0}))
+            if (std::string why = why_not(one, state); !why.empty()) return why;
+        return {};
+    }
+
+    const LiveState& state;
+    const UiState& ui;
+    PanelModel& model;
+};
+
+void add_session(Builder& to, const LiveState& state, const UiState& ui)
+{
+    to.button(Control::undo, why_not(Undo{}, state));
+    to.button(Control::redo, why_not(Redo{}, state));
+    to.button(Control::save, why_not(Save{}, state));
+    to.button(Control::new_scene, why_not(Open{}, state));
+    if (ControlState* const one = to.add(Control::open, std::string()))
+        one->why_not = why_not(Open{}, state);
+    if (ControlState* const one = to.add(Control::save_as, std::string()))
+        one->why_not = why_not(Save{}, state);
+    if (ControlState* const one = to.add(Control::export_file, std::string()))
+        one->why_not = why_not(Export{}, state);
+    if (state.steps)
+        if (ControlState* const one = to.add(Control::go_to, 0)) {
+            one->why_not = why_not(GoTo{}, state);
+            one->label = "Steps";
+        }
+    to.choice(Control::export_what, ui.export_what, with_automatic(export_contents));
+    to.choice(Control::export_unit, ui.export_unit, with_automatic(length_units));
+    to.toggle(Control::export_chosen, ui.export_chosen);
+}
+
+void add_material(Builder& to, const SceneObject& object)
+{
+    std::vector<std::string> names;
+    for (const MaterialSpec& spec : material_specs()) names.push_back(spec.name);
+    to.choice(Control::preset, place_of(names, object.material.name), names);
+    int number = 0;
+    for (const MaterialQuantity& q : material_quantities()) {
+        if (q.used(object.material) && q.slider.high > q.slider.low)
+            to.number(Control::quantity, object.material.*q.value, q.slider, q.unit, number,
+                      q.name);
+        ++number;
+    }
+}
+
+void add_clay(Builder& to, PanelModel& model, const UiState& ui)
+{
+    if (!ui.document) return;
+    for (const auto& object : ui.document->objects) {
+        ControlState* const one =
+            to.add(Control::object, object->id == ui.chosen, int(object->id.value));
+        if (one) one->label = object->name;
+    }
+    const SceneObject* const object = chosen_object(ui);
+    if (!object) return;
+    if (ControlState* const one = to.add(Control::rename, object->name)) one->label = "Name";
+    to.toggle(Control::lock, object->locked);
+    to.toggle(Control::hide, object->hidden);
+    to.button(Control::remove, object->locked ? "the object is locked" : "");
+    add_material(to, *object);
+    for (PanelSection& section : model.sections)
+        for (ControlState& one : section.controls)
+            if (one.id.control == Control::preset) one.note = feel_of(object->material);
+}
+
+void add_hands(Builder& to, const UiState& ui)
+{
+    if (ui.document) {
+        std::vector<std::string> names = holdable_tools();
+        names.front() = "bare hand";
+        const auto held = [&](Side side) {
+            return place_of(holdable_tools(), ui.document->hands->held[side]);
+        };
+        to.choice(Control::left_tool, held(left), names);
+        to.choice(Control::right_tool, held(right), names);
+    }
+    to.toggle(Control::mouse_hand, ui.mouse_hand);
+    to.choice(Control::posture, ui.posture, {posture_names, posture_names + posture_count});
+    to.number(Control::press, ui.press, {0.01, 0.4}, "m");
+    to.number(Control::tilt, ui.tilt, {-1.5, 1.5}, "rad");
+    to.number(Control::roll, ui.roll, {-3.14, 3.14}, "rad");
+    for (int i = 0; i < 5; ++i)
+        to.number(Control::curl, ui.curl[i], {0, 1}, "", i, finger_names[i]);
+    to.toggle(Control::carry, ui.carrying);
+    to.button(Control::recentre);
+    to.toggle(Control::standing, ui.standing);
+    to.toggle(Control::panel_side, ui.panel_side == left);
+    to.toggle(Control::support, ui.support == left);
+}
+
+void add_scene(Builder& to, const LiveState& state, const UiState& ui)
+{
+    to.toggle(Control::pause, ui.paused);
+    to.button(Control::advance, ui.paused ? "" : "the session is not paused");
+    to.button(Control::reset, why_not(Reset{}, state));
+    if (state.scene && state.scene->recording) to.toggle(Control::recorded, state.recorded);
+    if (!ui.document) return;
+    const SceneSettings& scene = *ui.document->scene;
+    to.number(Control::gravity, 0.0 - scene.gravity.y, gravity_slider,
+              std::get<0>(Row<SetGravity>::fields).range.unit);
+    to.whole(Control::cells, scene.cells, cells_range);
+    to.whole(Control::surface, scene.surface_nodes, surface_range);
+}
+
+void add_view(Builder& to, const UiState& ui)
+{
+    to.button(Control::frame_view);
+    to.button(Control::frame_all);
+    to.button(Control::screenshot);
+    if (ControlState* const one = to.add(Control::film, ui.filming))
+        if (ui.filming) one->label = "End film";
+    to.toggle(Control::help, ui.help);
+    to.toggle(Control::panels, ui.open);
+    to.button(Control::quit);
+}
+
+// The value of an event, if it has this type.
+template <class T>
+const T* value_of(const ControlEvent& event)
+{
+    return std::get_if<T>(&event.value);
+}
+
+std::vector<Command> material_commands(const UiState& ui, const ControlEvent& event)
+{
+    const SceneObject* const object = chosen_object(ui);
+    if (!object) return {};
+    if (event.id.control == Control::preset) {
+        const int* const at = value_of<int>(event);
+        if (!at || *at < 0 || std::size_t(*at) >= material_specs().size()) return {};
+        return {SetMaterial{object->id, material_specs()[std::size_t(*at)]}};
+    }
+    const auto all = material_quantities();
+    const double* const value = value_of<double>(event);
+    if (!value || event.id.index < 0 || std::size_t(event.id.index) >= all.size()) return {};
+    const MaterialQuantity& q = all[std::size_t(event.id.index)];
+    if (!q.used(object->material)) return {};
+    MaterialSpec to = object->material;
+    to.*q.value = *value;
+    return {SetMaterial{object->id, to}};
+}
+
+std::vector<Command> tool_command(const ControlEvent& event)
+{
+    const int* const at = value_of<int>(event);
+    if (!at || *at < 0 || std::size_t(*at) >= holdable_tools().size()) return {};
+    SetHands command;
+    (event.id.control == Control::left_tool ? command.left : command.right).held =
+        holdable_tools()[std::size_t(*at)];
+    return {command};
+}
+
+std::vector<Command> object_command(const UiState& ui, const ControlEvent& event)
+{
+    const SceneObject* const object = chosen_object(ui);
+    if (!object) return {};
+    if (event.id.control == Control::remove) return {RemoveObjects{{object->id}}};
+    if (event.id.control == Control::rename) {
+        const std::string* const name = value_of<std::string>(event);
+        if (!name || *name == object->name) return {};
+        return {Rename{object->id, *name}};
+    }
+    const bool* const on = value_of<bool>(event);
+    if (!on) return {};
+    SetFlags command{object->id, {}, {}};
+    (event.id.control == Control::lock ? command.locked : command.hidden) = *on;
+    return {command};
+}
+
+Open open_command(const UiState& ui, const std::string& file)
+{
+    // A session has its own settings.
+    if (fs::path(file).extension() == session_ending) return {file, {}, {}};
+    return {file, ui.settings, ui.cells > 0 ? std::optional(ui.cells) : std::nullopt};
+}
+
+Export export_command(const UiState& ui, const std::string& file)
+{
+    Export command{file, {}, {}, {}};
+    if (ui.export_what > 0)
+        command.what = export_contents.at(std::size_t(ui.export_what - 1)).second;
+    if (ui.export_unit > 0) command.unit = length_units.at(std::size_t(ui.export_unit - 1)).second;
+    if (ui.export_chosen && chosen_object(ui))
+        command.objects = std::vector<ObjectRef>{chosen_object(ui)->id};
+    return command;
+}
+
+std::vector<Command> file_command(const LiveState& state, const UiState& ui,
+                                  const ControlEvent& event)
+{
+    if (event.id.control == Control::new_scene) return {open_command(ui, new_scene_name)};
+    if (event.id.control == Control::save) return {save_command(state)};
+    const std::string* const file = value_of<std::string>(event);
+    if (!file || file->empty()) return {};
+    if (event.id.control == Control::save_as) return {Save{*file, {}}};
+    if (event.id.control == Control::export_file) return {export_command(ui, *file)};
+    return {open_command(ui, *file)};
+}
+
+}  // namespace
+
+const ControlState* PanelModel::find(ControlId id) const
+{
+    for (const PanelSection& section : sections)
+        for (const ControlState& one : section.controls)
+            if (one.id == id) return &one;
+    return nullptr;
+}
+
+const std::vector<std::string>& holdable_tools()
+{
+    static const std::vector<std::string> all = [] {
+        std::vector<std::string> names = tool_names();
+        names.insert(names.begin(), "");
+        return names;
+    }();
+    return all;
+}
+
+PanelModel panel_model(const LiveState& state, const UiState& ui)
+{
+    PanelModel model;
+    Builder to(state, ui, model);
+    add_session(to, state, ui);
+    add_clay(to, model, ui);
+    add_hands(to, ui);
+    add_scene(to, state, ui);
+    add_view(to, ui);
+    model.steps = state.steps;
+    model.recoverable = ui.recoverable;
+    model.files = ui.recent;
+    for (const std::string& one : ui.beside)
+        if (place_of(model.files, one) < 0) model.files.push_back(one);
+    model.folder = fs::path(ui.scene).parent_path().string();
+    model.saves_as = ui.saves_as;
+    model.exports_as = fs::path(model.saves_as).replace_extension(".glb").string();
+    model.session = session_line(state);
+    model.failure = state.failure, model.notice = ui.notice;
+    model.facts = ui.facts, model.question = ui.question;
+    model.open = ui.open, model.help = ui.help;
+    return model;
+}
+
+std::vector<Command> commands_for(const LiveState& state, const UiState& ui,
+                                  const ControlEvent& event)
+{
+    const auto on = [&]() -> bool { return value_of<bool>(event) && *value_of<bool>(event); };
+    switch (event.id.control) {
+        case Control::undo:
+            return {Undo{}};
+        case Control::redo:
+            return {Redo{}};
+        case Control::go_to:
+            if (const int* const step = value_of<int>(event)) return {GoTo{*step}};
+            return {};
+        case Control::new_scene:
+        case Control::open:
+        case Control::save:
+        case Control::save_as:
+        case Control::export_file:
+            return file_command(state, ui, event);
+        case Control::recover: {
+            const std::size_t row = std::size_t(event.id.index);
+            if (row >= ui.recoverable.size()) return {};
+            return {Open{ui.recoverable[row].file, {}, {}}};
+        }
+        case Control::preset:
+        case Control::quantity:
+            return material_commands(ui, event);
+        case Control::rename:
+        case Control::lock:
+        case Control::hide:
+        case Control::remove:
+            return object_command(ui, event);
+        case Control::left_tool:
+        case Control::right_tool:
+            return tool_command(event);
+        case Control::reset:
+            return {Reset{}};
+        case Control::pause:
+            return {Pause{on()}};
+        case Control::advance:
+            return {Advance{1}};
+        case Control::recorded:
+            return {Play{on()}};
+        case Control::gravity:
+            if (const double* const value = value_of<double>(event))
+                return {SetGravity{{0, 0.0 - *value, 0}}};
+            return {};
+        case Control::cells:
+            if (const int* const value = value_of<int>(event)) return {SetLattice{*value}};
+            return {};
+        case Control::surface:
+            if (const int* const value = value_of<int>(event)) return {SetSurface{*value}};
+            return {};
+        default:
+            return {};
+    }
+}
+
+bool change(UiState& ui, const ControlEvent& event)
+{
+    const bool* const on = value_of<bool>(event);
+    const double* const number = value_of<double>(event);
+    const int* const whole = value_of<int>(event);
+    switch (event.id.control) {
+        case Control::object:
+            ui.chosen = {std::uint32_t(event.id.index)};
+            return true;
+        case Control::mouse_hand:
+            ui.mouse_hand = on ? *on : !ui.mouse_hand;
+            return true;
+        case Control::posture:
+            ui.posture =
+                whole ? std::clamp(*whole, 0, posture_count - 1) : (ui.posture + 1) % posture_count;
+            return true;
+        case Control::press:
+            if (number) ui.press = *number;
+            return true;
+        case Control::tilt:
+            if (number) ui.tilt = *number;
+            return true;
+        case Control::roll:
+            if (number) ui.roll = *number;
+            return true;
+        case Control::curl:
+            if (number && event.id.index >= 0 && event.id.index < 5)
+                ui.curl[event.id.index] = *number;
+            return true;
+        case Control::export_what:
+            if (whole) ui.export_what = std::clamp(*whole, 0, int(export_contents.size()));
+            return true;
+        case Control::export_unit:
+            if (whole) ui.export_unit = std::clamp(*whole, 0, int(length_units.size()));
+            return true;
+        case Control::export_chosen:
+            if (on) ui.export_chosen = *on;
+            return true;
+        case Control::support:
+            if (on) ui.support = *on ? left : right;
+            return true;
+        case Control::panel_side:
+            if (on) ui.panel_side = *on ? left : right;
+            return true;
+        case Control::panels:
+            ui.open = on ? *on : !ui.open;
+            return true;
+        case Control::help:
+            ui.help = on ? *on : !ui.help;
+            return true;
+        case Control::hide_recoverable:
+            ui.recoverable.clear();
+            return true;
+        default:
+            return false;
+    }
+}
+
+}  // namespace knead
