@@ -273,9 +273,14 @@ void PanelWidgets::touch_choice(const ControlState& one)
     if (!ImGui::BeginPopupModal("list", nullptr,
                                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove))
         return;
-    const float wide = touch_width(2);
+    // All of them fit, with the button below.
+    const float line = ImGui::GetFrameHeightWithSpacing();
+    const int lines =
+        std::max(1, int((list_size.y - 2 * ImGui::GetStyle().WindowPadding.y) / line) - 1);
+    const int columns = std::max(2, (int(one.choices.size()) + lines - 1) / lines);
+    const float wide = touch_width(columns);
     for (int i = 0; i < int(one.choices.size()); ++i) {
-        if (i % 2) ImGui::SameLine();
+        if (i % columns) ImGui::SameLine();
         ImGui::PushID(i);
         if (ImGui::Button(one.choices[std::size_t(i)].c_str(), {wide, 0})) {
             event(one.id, i);

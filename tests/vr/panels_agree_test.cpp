@@ -226,6 +226,24 @@ TEST(WindowPanel, IsClosedByItsButtonAndANameIsTyped)
     EXPECT_FALSE(mouse.drawing->place_of({Control::undo, 0}));
 }
 
+TEST(HeadsetPanel, AListOfAnyLengthFitsIntoIt)
+{
+    PanelSession session(in_headset);
+    for (int i = 0; i < 30; ++i)
+        session.panel.ui.beside.push_back("scenes/" + std::to_string(i) + ".json");
+    FingerDriver finger(session);
+    if (!finger.drawing) GTEST_SKIP() << no_panel;
+    const int last = int(session.panel.model().files.size()) - 1;
+    ASSERT_GE(last, 30);
+    finger.press({Control::open, 1});
+    const auto first = finger.drawing->place_of({Control::open, 1}, 0),
+               end = finger.drawing->place_of({Control::open, 1}, last);
+    ASSERT_TRUE(first && end);
+    const float row = first->height, bottom = float(HeadsetPanel::layout(1).height);
+    EXPECT_LT(end->y + end->height + row, bottom) << "below is the button that closes the list";
+    EXPECT_LE(end->x + end->width, float(HeadsetPanel::layout(1).width));
+}
+
 // From where the head is, letters of the headset's panel are at least a degree high, in all of it.
 TEST(HeadsetPanel, LettersAreAtLeastADegreeHigh)
 {
