@@ -97,6 +97,7 @@ void ViewApp::frame(double passed, const std::string& screenshot)
     state = session.state();
     panel.ui.paused = paused, panel.ui.filming = video != nullptr;
     panel.loses_clay = shaped;
+    update_facts();
     panel.follow(*state, session, window_time);
     if (recoverable.valid() && recoverable.wait_for(0s) == std::future_status::ready)
         panel.list_recoverable(recoverable.get()), settling = 3;
@@ -104,8 +105,7 @@ void ViewApp::frame(double passed, const std::string& screenshot)
     update_visibility();
     if (input.close_requested()) panel.apply({{Control::quit, 0}, {}, 0}, session);
     if (must_draw(happened)) {
-        update_facts(), update_title();
-        panel.refresh(*state);
+        update_title();
         if (drawing)
             for (const ControlEvent& event : drawing->frame(
                      panel.model(), times, panel_input(passed), window->width(), window->height()))

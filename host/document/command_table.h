@@ -296,7 +296,7 @@ struct Row<Undo> {
     static constexpr CommandRow row{
         "undo",
         "Undo",
-        "Restores clay and document as they were before the last step; redo takes that back.",
+        "Restores clay and document as they were before the last step; redo reverses that.",
         Receiver::session,
         UndoRule::none,
         needs_undo};
@@ -305,7 +305,7 @@ struct Row<Undo> {
 template <>
 struct Row<Redo> {
     static constexpr CommandRow row{
-        "redo", "Redo", "Takes back the last undo.", Receiver::session, UndoRule::none, needs_redo};
+        "redo", "Redo", "Reverses the last undo.", Receiver::session, UndoRule::none, needs_redo};
     static constexpr std::tuple<> fields{};
 };
 template <>
@@ -320,7 +320,7 @@ template <>
 struct Row<Reset> {
     static constexpr CommandRow row{"reset",
                                     "Reset",
-                                    "Begins the scene again from its file; undo takes that back.",
+                                    "Begins the scene again from its file; undo reverses that.",
                                     Receiver::session,
                                     UndoRule::step,
                                     needs_live};

@@ -91,8 +91,8 @@ void FileDialog::entries(PanelWidgets& widgets, float height)
             const FileEntry& one = list.entries[std::size_t(i)];
             ImGui::PushID(i);
             const std::string text = one.is_folder ? one.name + "/" : one.name;
-            if (ImGui::Selectable(
-                    text.c_str(), one.name == name,
+            if (widgets.row(
+                    text, one.name == name,
                     ImGuiSelectableFlags_AllowDoubleClick | ImGuiSelectableFlags_DontClosePopups)) {
                 set(name, one.name), replaces = false;
                 if (one.is_folder)

@@ -90,8 +90,8 @@ void PanelController::follow(const LiveState& state, LiveSession& session, doubl
         ui.saves_as = state.saved_as;
     }
     saved_as_ = state.saved_as;
-    if (!state.exported.empty() && state.exported != exported_) note("Wrote " + state.exported);
-    exported_ = state.exported;
+    if (state.exports > exports_) note("Wrote " + state.exported);
+    exports_ = state.exports;
     std::erase_if(ui.recoverable,
                   [&](const RecoverRow& row) { return row.file == state.log.file; });
     if (pending_ && pending_->saves && !state.unsaved)
@@ -175,8 +175,8 @@ void PanelController::send(Command command, LiveSession& session, unsigned drag)
     sent_ = std::max(sent_, serial);
 }
 
-// Whether something would be lost, or is not saved. Undo takes a reset back where there are steps;
-// a session with a log can be recovered.
+// Whether something would be lost, or is not saved. Undo reverses a reset where there are steps; a
+// session with a log can be recovered.
 bool PanelController::loses(Control control, const LiveState& state) const
 {
     if (control == Control::discard_log) return true;

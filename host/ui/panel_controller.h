@@ -77,7 +77,8 @@ class PanelController {
     DocumentPtr shown_;           // published document that ui.document was last set from
     std::optional<int> goes_to_;  // target of the next GoTo, sent once all commands are answered
     std::string opens_;           // file of the unanswered Open; "": none
-    std::string saved_as_, exported_;
+    std::string saved_as_;
+    int exports_ = 0;                // that were reported
     std::vector<ObjectId> objects_;  // of the document before
 };
 

@@ -471,6 +471,11 @@ TEST_F(SessionPanelTest, AnExportHasTheChosenUnitAndObject)
     session.settle();
     EXPECT_EQ(session.panel.model().notice, "Wrote " + (folder / "ball.stl"));
     EXPECT_TRUE(std::filesystem::exists(folder / "ball.stl"));
+    session.act(Control::export_file, folder / "ball.stl");
+    for (int i = 0; i < 1000 && session.live.state()->exports < 2; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    session.settle();
+    EXPECT_NE(session.panel.model().notice, "") << "the second time, too";
     const std::vector<std::string> sent = session.commands();
     ASSERT_FALSE(sent.empty());
     EXPECT_NE(sent.back().find("\"unit\":\"mm\""), std::string::npos) << sent.back();
