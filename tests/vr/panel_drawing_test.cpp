@@ -10,6 +10,7 @@
 #include "tests/vr/panel_drivers.h"
 #if KNEAD_HAS_GL
 #include "render/context.h"
+#include "render/draw_timer.h"
 #include "render/gl.h"
 
 namespace knead {
@@ -135,31 +136,57 @@ TEST_F(PanelDrawn, FitsIntoWindowsOfAnySizeAndScale)
     }
 }
 
-// Time of the processor alone: the model, the layout, and the calls of OpenGL.
+// Medians of 200 frames: model and layout, calls of OpenGL, time of the GPU. A graphics card has to
+// keep what a frame may cost: 0.2 ms in the window, 0.3 ms in the headset with its mipmaps.
 TEST_F(PanelDrawn, TakesLittleOfAFrame)
 {
     const auto median = [](std::vector<double> all) {
+        if (all.empty()) return 0.0;
         std::nth_element(all.begin(), all.begin() + std::ptrdiff_t(all.size() / 2), all.end());
         return all[all.size() / 2];
     };
+    const auto seconds_since = [](std::chrono::steady_clock::time_point begin) {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    };
+    const bool card = context->name().find("NVIDIA") != std::string::npos;
     for (const unsigned place : {unsigned(in_window), unsigned(in_headset)}) {
         PanelSession session(place);
-        const auto panel = place == in_window ? PanelDrawing::open({})
-                                              : PanelDrawing::open(HeadsetPanel::layout(0.6f));
-        const int width = place == in_window ? 1600 : panel->picture_width(),
-                  height = place == in_window ? 1000 : panel->picture_height();
+        const bool window = place == in_window;
+        const auto panel =
+            PanelDrawing::open(window ? PanelDrawingOptions{} : HeadsetPanel::layout(0.6f));
+        const int width = window ? 1600 : panel->picture_width(),
+                  height = window ? 1000 : panel->picture_height();
+        Texture picture = texture(GL_TEXTURE_2D);
+        glTextureStorage2D(picture, window ? 1 : 4, GL_SRGB8_ALPHA8, width, height);
+        Framebuffer target = framebuffer();
+        glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, picture, 0);
         TimeGraph times;
-        std::vector<double> took;
+        DrawTimer timer;
+        std::vector<double> laid_out, called, drawn;
         for (int i = 0; i < 200; ++i) {
             const auto begin = std::chrono::steady_clock::now();
             session.panel.refresh(*session.live.state());
             panel->frame(session.panel.model(), times, {}, width, height);
-            took.push_back(
-                std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+            laid_out.push_back(seconds_since(begin));
+            const auto drawing = std::chrono::steady_clock::now();
+            timer.begin(1);
+            panel->draw(target);
+            if (!window) glGenerateTextureMipmap(picture);
+            timer.end();
+            called.push_back(seconds_since(drawing));
+            glFinish();
+            while (const auto reading = timer.poll()) drawn.push_back(reading->seconds);
         }
-        std::printf("%s: model and layout %.3f ms\n", place == in_window ? "window" : "headset",
-                    1e3 * median(took));
-        EXPECT_LT(median(took), 5e-3);
+        const double layout = median(laid_out), calls = median(called), gpu = median(drawn);
+        std::printf(
+            "%s: model and layout %.3f ms, calls of OpenGL %.3f ms, drawing %.3f ms on %s\n",
+            window ? "window" : "headset", 1e3 * layout, 1e3 * calls, 1e3 * gpu,
+            context->name().c_str());
+        EXPECT_LT(layout, 5e-3);
+        EXPECT_GT(drawn.size(), 100u);
+        if (card) {
+            EXPECT_LT(layout + std::max(calls, gpu), window ? 0.2e-3 : 0.3e-3);
+        }
     }
 }
 
