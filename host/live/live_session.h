@@ -83,6 +83,7 @@ struct LiveOptions {
     std::size_t memory = 0;     // limit for loading a scene [bytes]; 0: what is free
     bool logs = false;          // keeps a SessionLog; memory grows with time
     std::size_t history = std::size_t(256) << 20;  // of steps in memory [bytes]
+    Codec codec = Codec::automatic;                // of these steps
     // Writes a working log in log_folder(): the session can be saved, and recovered after a crash.
     bool protects = false;
     std::string

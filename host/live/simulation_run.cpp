@@ -56,13 +56,13 @@ SimulationRun::SimulationRun(std::shared_ptr<const LiveScene> of, const LiveOpti
                            [this](const HandsOptions& to) { set_hands(to); },
                            [this](int nodes) { set_surface(nodes); }},
         std::make_shared<const Document>(document_of(scene->scene)), ids);
-    history =
-        std::make_unique<SceneHistory>(SceneHistory::Parts{scene->scene, splats, *loop, editable,
-                                                           *editor, past, log.event, log.step},
-                                       log.step_label,
-                                       !replaying                ? StepSource::rule
-                                       : replaying->stored_steps ? StepSource::stored
-                                                                 : StepSource::events);
+    history = std::make_unique<SceneHistory>(
+        SceneHistory::Parts{scene->scene, splats, *loop, editable, *editor, past, log.event,
+                            log.step, options.codec},
+        log.step_label,
+        !replaying                ? StepSource::rule
+        : replaying->stored_steps ? StepSource::stored
+                                  : StepSource::events);
     loop->observe([this](const FrameResult& frame) { after(frame); });
     if (options.on_device) loop->launch_surfaces(true);
 }

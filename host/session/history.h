@@ -85,6 +85,11 @@ struct HistoryInfo {
     StepId current = 0;
 };
 
+// How the particles of captured steps are encoded. `automatic`: lossless up to
+// most_lossless_particles, quantised above.
+enum class Codec { automatic, lossless, quantised };
+constexpr std::size_t most_lossless_particles = 100000;
+
 class History {
   public:
     // Of the line, beside the current step; evict() keeps these nearest ones whatever the budget.

@@ -20,11 +20,6 @@ namespace knead {
 // captured again, or are stored already.
 enum class StepSource { rule, events, stored };
 
-// How the particles of captured steps are encoded. `automatic`: lossless up to
-// most_lossless_particles, quantised above.
-enum class Codec { automatic, lossless, quantised };
-constexpr std::size_t most_lossless_particles = 100000;
-
 class SceneHistory {
   public:
     // What the history acts on. All must outlive it.
