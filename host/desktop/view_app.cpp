@@ -12,13 +12,22 @@
 #include "host/desktop/key_bindings.h"
 #include "host/ui/dropped.h"
 #include "host/ui/panel_commands.h"
-#include "host/ui/pick.h"
 
 namespace knead {
 namespace {
 
 constexpr double picture_budget = 0.15;  // [s]
 constexpr float per_pixel = 0.006f;      // of a drag [rad]
+
+// A twentieth of the shortest way between the walls, as one digit [m].
+double usual_press(const LiveScene& scene)
+{
+    const WallOptions& walls = scene.scene.setup.walls;
+    const Vec3<double> room = walls.max - walls.min;
+    const double way = std::min({room.x, room.y, room.z}) / 20;
+    const double digit = std::pow(10, std::floor(std::log10(way)));
+    return std::clamp(std::round(way / digit) * digit, press_range.low, press_range.high);
+}
 
 // No multisampling on a software renderer, where every sample is expensive.
 int samples_for(const Window& window)
@@ -258,6 +267,7 @@ void ViewApp::follow_history()
         session.send(hands_command(settings_of(state->hands, of.origin)));
     if (state->scene.get() != shown) {
         shown = state->scene.get();
+        panel.ui.press = usual_press(*shown);
         camera.look(cast<float>(shown->scene.eye), cast<float>(shown->scene.target));
         splats.reset();
     }
@@ -331,8 +341,9 @@ void ViewApp::escape()
     if (drawing && drawing->popup_open() && !panel.asking()) return;  // closed by the panel
     if (panel.decline()) return;
     if (pressing) {
-        const bool shapes = hand_controlled && pointer.pressed && newest_step() > step_at_press;
+        const bool shapes = hand_controlled && pointer.presses() && newest_step() > step_at_press;
         cancelled = true, pointer.pressed = false;
+        pointer.cancel();
         if (shapes) panel.apply({{Control::undo, 0}, {}, 0}, session);
         return;
     }
@@ -405,10 +416,15 @@ void ViewApp::take_mouse(double passed)
         camera.zoom(0.02f * (x - y));
     else if (any_other || (left_held && pressing && !cancelled && !hand && dragged))
         camera.orbit(-per_pixel * x, per_pixel * y);
-    if (hand && !control)
-        pointer.reach = std::max(0.01, pointer.reach + 0.02 * camera.distance() * input.wheel());
-    else
-        camera.zoom(float(input.wheel()));
+    const double wheel = input.wheel();
+    if (!hand || control)
+        camera.zoom(float(wheel));
+    else if (wheel != 0)
+        panel.apply(
+            {{Control::press, 0},
+             std::clamp(panel.ui.press * std::pow(1.1, wheel), press_range.low, press_range.high),
+             0},
+            session);
     pointer.pressed = hand && pressing && left_held && !cancelled;
     // The key of a finger curls it while held.
     for (int i = 0; i < 5; ++i) {
@@ -422,8 +438,8 @@ void ViewApp::take_mouse(double passed)
 void ViewApp::control_hand(bool on)
 {
     hand_controlled = on;
+    pointer.cancel();
     if (!on) return;
-    pointer.reach = 0.75 * camera.distance();
     if (state->recorded) panel.send(Play{false}, session);
     SetHands command;
     command.right = {true, hands_now().held[right]};
@@ -442,21 +458,41 @@ HandsOptions ViewApp::hands_now() const
 void ViewApp::move_hand()
 {
     const UiState& m = panel.ui;
-    pointer.posture = Posture(m.posture);
-    pointer.tilt = m.tilt, pointer.roll = m.roll, pointer.press = m.press;
-    pointer.advance(time);
+    panel.ui.pointing.clear();
     tracked = {};
     tracked.time = time;
     if (!hand_controlled) return;
-    PointerHand posed_hand = pointer;
-    for (int i = 0; i < 5; ++i) posed_hand.curl[i] = std::max(pointer.curl[i], m.curl[i]);
+    pointer.posture = Posture(m.posture);
+    pointer.tilt = m.tilt, pointer.roll = m.roll, pointer.press = m.press;
+    // A cell and a half beside the clay nothing touches it, in a scene of any size.
+    if (shown) pointer.gap = 1.5 * shown->scene.setup.lattice.dx;
     Pointing p;
     p.eye = cast<double>(camera.eye());
+    p.middle = cast<double>(camera.target());
     const int width = window->width(), height = window->height();
     const int covered = drawing ? drawing->covered() : 0;
     p.rotation = cast<double>(camera.view(width, height).rotation);
     p.ray = cast<double>(camera.ray(hand_x, hand_y, width, height, covered));
-    tracked = posed_hand.hands(p, hands_now());
+    if (!pointer.presses()) find_surface(p.eye, p.ray);
+    if (below) p.on = SurfacePoint{below->point, below->normal};
+    pointer.aim(p);
+    pointer.advance(time);
+    PointerHand posed_hand = pointer;
+    for (int i = 0; i < 5; ++i) posed_hand.curl[i] = std::max(pointer.curl[i], m.curl[i]);
+    tracked = posed_hand.hands(hands_now());
+    if (below && !pointer.presses())
+        panel.ui.pointing = fmt::format("{:.2g} cm deep", 100 * m.press);
+}
+
+// The clay below the pointer: at once where the pointer or the camera has moved, ten times a second
+// where only the clay may have.
+void ViewApp::find_surface(Vec3<double> eye, Vec3<double> ray)
+{
+    constexpr double often = 0.1;  // [s]
+    const bool moved = length(eye - sought_from) > 0 || length(ray - sought_along) > 0;
+    if (!moved && (state->version == sought_in || window_time < sought_at + often)) return;
+    sought_from = eye, sought_along = ray, sought_in = state->version, sought_at = window_time;
+    below = pick(*state, eye, ray);
 }
 
 // Pushes hands, and with a script advances the simulation to this frame's time.

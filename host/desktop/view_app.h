@@ -15,6 +15,7 @@
 #include "host/ui/live_results.h"
 #include "host/ui/panel_controller.h"
 #include "host/ui/panel_drawing.h"
+#include "host/ui/pick.h"
 #include "render/coarse_picture.h"
 #include "render/view/losses.h"
 #include "render/view/orbit.h"
@@ -90,6 +91,8 @@ class ViewApp {
     void step();
     long newest_step() const;
     void move_hand();
+    void find_surface(Vec3<double> eye, Vec3<double> ray);
+    HandLook ring() const;
     void simulate();
     void record_hands();
     void draw();
@@ -125,6 +128,10 @@ class ViewApp {
     OrbitCamera camera;
     PointerHand pointer;
     HandFrame tracked;
+    std::optional<Picked> below;  // the pointer, found from here, along this ray [m]
+    Vec3<double> sought_from{}, sought_along{};
+    long sought_in = -1;      // version of the state
+    double sought_at = -1e9;  // window time [s]
     std::unique_ptr<SplatDrawer> splats;
     const LiveScene* shown = nullptr;  // scene of camera and splats
     int history = 0;                   // of the current state

@@ -112,11 +112,35 @@ void ViewApp::draw()
         if (window_time < glow_until && chosen) look.highlight = chosen->category;
     }
     // A translucent hand at the mouse until a tool is active.
-    if (hand_controlled && hands.empty())
-        for (HandLook& ghost : tracked_looks(tracked, hands_now(), 0.4f))
+    if (hand_controlled && hands.empty()) {
+        HandFrame seen = tracked;
+        seen.hand[pointer.side].tracked = true;
+        for (HandLook& ghost : tracked_looks(seen, hands_now(), 0.4f))
             hands.push_back(std::move(ghost));
+    }
+    if (hand_controlled && below && !pointer.presses()) hands.push_back(ring());
     still.update(picture_content(view, look), window_time);
     paint(view, look, std::move(hands));
+}
+
+// Around the point that a press begins at, on the surface.
+HandLook ViewApp::ring() const
+{
+    constexpr int pieces = 32;
+    const double across = 0.02 * camera.distance(), thick = 0.0012 * camera.distance();
+    const Vec3<double> n = below->normal, u = orthogonal(n), v = cross(n, u);
+    const auto at = [&](int i) {
+        const double angle = 2 * 3.14159265358979 * i / pieces;
+        const Vec3<double> x =
+            below->point + across * (std::cos(angle) * u + std::sin(angle) * v) + 2 * thick * n;
+        Sphere<float> ball{};
+        ball.c = cast<float>(x), ball.r = float(thick);
+        return ball;
+    };
+    HandLook look;
+    for (int i = 0; i < pieces; ++i) look.primitives.push_back({2, {at(i), at(i + 1), {}}});
+    look.skin = false, look.glow = {0.1f, 0.6f, 1.5f};
+    return look;
 }
 
 PictureContent ViewApp::picture_content(const EyeView& view, const EyeLook& look) const

@@ -189,6 +189,7 @@ class DearImGuiPanel final : public PanelDrawing {
     void keys_window();
     void question(const PanelModel& model);
     void notice(const PanelModel& model);
+    void beside_pointer(const std::string& text, ImVec2 pointer) const;
     // For a finger.
     void touch_panel(const PanelModel& model, const TimeGraph& times);
     void touch_controls(const PanelModel& model, const PanelSection& one);
@@ -327,6 +328,8 @@ std::vector<ControlEvent> DearImGuiPanel::frame(const PanelModel& model, const T
         dialog_.frame(model, widgets_, scale_);
         question(model);
         notice(model);
+        if (!model.pointing.empty() && input.pointer && !ImGui::GetIO().WantCaptureMouse)
+            beside_pointer(model.pointing, {input.x, input.y});
     }
     popup_open_ = popup_open_ || ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup);
     const ImGuiIO& io = ImGui::GetIO();
@@ -653,6 +656,17 @@ void DearImGuiPanel::question(const PanelModel& model)
 
 // Error and notice, at the lower edge. It takes neither input nor focus, so that a list that is
 // open stays.
+void DearImGuiPanel::beside_pointer(const std::string& text, ImVec2 pointer) const
+{
+    ImDrawList* const draw = ImGui::GetForegroundDrawList();
+    const float pad = 3 * scale_;
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str()),
+                 at{pointer.x + 16 * scale_, pointer.y + 12 * scale_};
+    draw->AddRectFilled({at.x - pad, at.y - pad}, {at.x + size.x + pad, at.y + size.y + pad},
+                        IM_COL32(0, 0, 0, 150), pad);
+    draw->AddText(at, IM_COL32(255, 255, 255, 255), text.c_str());
+}
+
 void DearImGuiPanel::notice(const PanelModel& model)
 {
     if (model.failure.empty() && model.notice.empty()) return;

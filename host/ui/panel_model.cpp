@@ -177,7 +177,7 @@ void add_hands(Builder& to, const UiState& ui)
     }
     to.toggle(Control::mouse_hand, ui.mouse_hand);
     to.choice(Control::posture, ui.posture, {posture_names, posture_names + posture_count});
-    to.number(Control::press, ui.press, {0.01, 0.4}, "m");
+    to.number(Control::press, ui.press, {press_range.low, press_range.high}, "m");
     to.number(Control::tilt, ui.tilt, {-1.5, 1.5}, "rad");
     to.number(Control::roll, ui.roll, {-3.14, 3.14}, "rad");
     for (int i = 0; i < 5; ++i)
@@ -336,7 +336,7 @@ PanelModel panel_model(const LiveState& state, const UiState& ui)
     model.saves_as = ui.saves_as;
     model.exports_as = fs::path(model.saves_as).replace_extension(".glb").string();
     model.session = session_line(state);
-    model.failure = state.failure, model.notice = ui.notice;
+    model.failure = state.failure, model.notice = ui.notice, model.pointing = ui.pointing;
     model.facts = ui.facts, model.question = ui.question;
     model.open = ui.open, model.help = ui.help;
     return model;

@@ -78,6 +78,7 @@ struct PanelModel {
     std::string saves_as, exports_as;  // suggested paths
     std::string session;               // one line: saved, unsaved, trouble
     std::string failure, notice;       // "": none
+    std::string pointing;              // beside the pointer; "": nothing
     std::vector<std::string> facts;    // lines of text: solver, renderer, frames, lag
     PanelQuestion question;
     bool open = true, help = false;  // the panel; the list of keys
@@ -85,6 +86,8 @@ struct PanelModel {
 
     const ControlState* find(ControlId id) const;  // nullptr: it is not shown
 };
+
+inline constexpr SliderRange press_range{0.001, 0.4};  // of the hand that the mouse leads [m]
 
 // State of the user interface: neither saved nor undone.
 struct UiState {
@@ -103,8 +106,8 @@ struct UiState {
     // The hand that the mouse leads.
     bool mouse_hand = false;
     int posture = int(Posture::relaxed);
-    double press = 0.1, tilt = 0, roll = 0;  // [m], [rad]
-    double curl[5] = {0, 0, 0, 0, 0};        // 0 to 1
+    double press = 0.05, tilt = 0, roll = 0;  // [m] of the scene, [rad]
+    double curl[5] = {0, 0, 0, 0, 0};         // 0 to 1
     bool paused = false, filming = false;
     int export_what = 0, export_unit = 0;  // 0: automatic
     bool export_chosen = false;            // of the chosen object alone
@@ -113,6 +116,7 @@ struct UiState {
     Side support = left, panel_side = left;
     bool open = true, help = false;
     std::string notice;
+    std::string pointing;  // text beside the pointer
     PanelQuestion question;
     std::vector<std::string> facts;
 };

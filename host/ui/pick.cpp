@@ -23,9 +23,14 @@ struct Ray {
     Vec3<double> at(double distance) const { return origin + distance * along; }
 };
 
-// Distance to the nearest triangle, from either side. An edge belongs to both its triangles: the
+struct Hit {
+    double distance = nowhere;
+    Vec3<double> normal{};
+};
+
+// The nearest triangle, from either side. An edge belongs to both its triangles: the
 // sign of each side comes from the same two numbers for both, so no ray passes between them.
-double hit(const Ray& ray, const Mesh& mesh)
+Hit hit(const Ray& ray, const Mesh& mesh)
 {
     std::vector<Vec3<double>> seen(mesh.vertices.size());
     std::transform(mesh.vertices.begin(), mesh.vertices.end(), seen.begin(),
@@ -33,7 +38,8 @@ double hit(const Ray& ray, const Mesh& mesh)
     const auto side = [](const Vec3<double>& a, const Vec3<double>& b) {
         return a.x * b.y - a.y * b.x;
     };
-    double nearest = nowhere;
+    Hit nearest;
+    const Int3* best = nullptr;
     for (const Int3& t : mesh.triangles) {
         const Vec3<double>& a = seen[std::size_t(t.x)];
         const Vec3<double>& b = seen[std::size_t(t.y)];
@@ -42,8 +48,14 @@ double hit(const Ray& ray, const Mesh& mesh)
         const double low = std::min({of_a, of_b, of_c}), high = std::max({of_a, of_b, of_c});
         if ((low < 0 && high > 0) || low == high) continue;
         const double far = (of_a * a.z + of_b * b.z + of_c * c.z) / (of_a + of_b + of_c);
-        if (far > 0 && far < nearest) nearest = far;
+        if (far > 0 && far < nearest.distance) nearest.distance = far, best = &t;
     }
+    if (!best) return nearest;
+    const auto corner = [&](int i) { return cast<double>(mesh.vertices[std::size_t(i)]); };
+    const Vec3<double> n =
+        cross(corner(best->y) - corner(best->x), corner(best->z) - corner(best->x));
+    const double size = length(n);
+    nearest.normal = size > 0 ? (1 / size) * n : -1.0 * ray.along;
     return nearest;
 }
 
@@ -82,7 +94,7 @@ Mat3<double> half_axes(const SplatCloud& cloud, std::size_t i)
             rotate(q, Vec3<double>{0, 0, s.z})};
 }
 
-double hit(const Ray& ray, const LiveState& state)
+Hit hit(const Ray& ray, const LiveState& state)
 {
     constexpr float opaque = 0.5f;
     const SplatCloud& cloud = *state.splats;
@@ -105,7 +117,7 @@ double hit(const Ray& ray, const LiveState& state)
         }
         nearest = std::min(nearest, passed(ray, x, axes));
     }
-    return nearest;
+    return {nearest, -1.0 * ray.along};
 }
 
 bool made_of_splats(const SceneObject& o) { return o.source.shape == ShapeKind::splats; }
@@ -144,12 +156,12 @@ std::optional<Picked> pick(const LiveState& state, Vec3<double> origin, Vec3<dou
     const Ray ray{origin, u, cross(along, u), along};
     const Vec3<double> frame = state.scene ? state.scene->scene.origin : Vec3<double>{};
 
-    Picked best{{}, {}, nowhere};
-    const auto offer = [&](double distance, const auto& belongs) {
-        if (!(distance < best.distance)) return;
-        const Vec3<double> point = ray.at(distance);
+    Picked best{{}, {}, {}, nowhere};
+    const auto offer = [&](const Hit& found, const auto& belongs) {
+        if (!(found.distance < best.distance)) return;
+        const Vec3<double> point = ray.at(found.distance);
         const ObjectId object = nearest_to(document, point + frame, belongs);
-        if (object.value != 0) best = {object, point, distance};
+        if (object.value != 0) best = {object, point, found.normal, found.distance};
     };
     const std::vector<int> hidden = document.hidden_categories();
     const Meshes meshes = meshes_of(state);

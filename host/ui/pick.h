@@ -8,8 +8,9 @@ namespace knead {
 
 struct Picked {
     ObjectId object;
-    Vec3<double> point{};  // in the simulation's frame [m]
-    double distance = 0;   // from the ray's origin [m]
+    Vec3<double> point{};   // in the simulation's frame [m]
+    Vec3<double> normal{};  // of the surface there, unit, outward; of splats: towards the ray
+    double distance = 0;    // from the ray's origin [m]
 };
 
 // The nearest object along the ray, in the simulation's frame; nothing if it hits no clay. The

@@ -29,7 +29,7 @@ cat >"$out/press" <<END
 0.02 screenshot $out/begin.png
 0.03 key h tap
 0.04 key tab tap
-0.6 button left down
+0.3 button left down
 0.85 lose
 END
 small=(--cells 16 --set surface.nodes=32 --size 320x240 --device cpu)
@@ -133,7 +133,7 @@ cat >"$out/anew" <<END
 0 key h tap
 0 key tab tap
 0.12 key r tap
-0.6 button left down
+0.4 button left down
 END
 "$knead" view scenes/squeeze.json "${small[@]}" --script "$out/anew" --frames 90 --overwrite \
     --out "$out/kept" >"$out/said.txt" 2>"$out/errors.txt"
@@ -150,9 +150,9 @@ cat >"$out/cancel" <<END
 0 key h tap
 0 key tab tap
 0.5 button left down
-0.9 key escape tap
+1.1 key escape tap
 END
-"$knead" view scenes/squeeze.json "${small[@]}" --script "$out/cancel" --frames 110 --overwrite \
+"$knead" view scenes/squeeze.json "${small[@]}" --script "$out/cancel" --frames 130 --overwrite \
     --out "$out/kept" >"$out/said.txt" 2>"$out/errors.txt"
 [ $? -eq 0 ] || fail "view with a press that is cancelled"
 grep -q " 0 particle-substeps" "$out/said.txt" && fail "the press touched nothing"

@@ -9,12 +9,16 @@
 namespace knead {
 namespace {
 
-// Looking along -z from (0.5, 0.3, 2).
-Pointing ahead()
+Vec3<double> unit_of(Vec3<double> v) { return (1 / length(v)) * v; }
+
+// Looking along -z from (0.5, 0.3, 2) at a wall, whose normal leans to one side.
+Pointing ahead(double lean = 0)
 {
     Pointing p;
     p.eye = {0.5, 0.3, 2};
     p.ray = {0.1, 0, -1};
+    p.middle = {0.5, 0.3, 0.8};
+    p.on = SurfacePoint{{0.62, 0.3, 0.8}, unit_of({lean, 0.2, 1})};
     return p;
 }
 
@@ -26,61 +30,143 @@ HandsOptions zoomed()
     return options;
 }
 
-// The least z of the tool in the simulation.
-double foremost_z(const HandFrame& frame, const HandsOptions& options)
+// Of the hand's spheres, or of the tool's, in the simulation.
+template <class Each>
+void each_sphere(const HandFrame& frame, const HandsOptions& options, const Each& each)
 {
     const std::string& held = options.held[right];
     const Rig rig = held.empty() ? hand_rig(options.topology, right) : tool_rig(held, right);
-    double least = 1e30;
     for (const Binding<float>& b : rig.spheres) {
         const Vec3<float> c = centre(b, [&](int j) {
             return frame.hand[right].joints[std::size_t(j - int(right) * joint_count)];
         });
-        least = std::min(least, options.at.z + options.zoom * double(c.z - b.radius));
+        each(options.at + options.zoom * cast<double>(c), options.zoom * double(b.radius));
     }
-    return least;
 }
 
-TEST(PointerHand, ItsForemostPointIsWhereTheMousePoints)
+// How far the foremost point is beyond the target in the direction of the press [m].
+double depth_of(const PointerHand& hand, const HandsOptions& options)
+{
+    double most = -1e30;
+    each_sphere(hand.hands(options), options, [&](Vec3<double> c, double radius) {
+        most = std::max(most, dot(c - hand.target(), hand.direction()) + radius);
+    });
+    return most;
+}
+
+TEST(PointerHand, RestsBesideTheSurfaceThatTheMousePointsAt)
 {
     for (const char* held : {"", "knife", "ball", "slab"})
-        for (int posture = 0; posture < posture_count; ++posture) {
-            PointerHand hand;
-            hand.posture = Posture(posture);
-            hand.reach = 1.2, hand.tilt = 0.3, hand.roll = -0.4;
-            HandsOptions options = zoomed();
-            options.held[right] = held;
-            hand.advance(1);
-            const HandFrame frame = hand.hands(ahead(), options);
-            EXPECT_NEAR(foremost_z(frame, options), 2 - 1.2, 1e-5) << held << posture;
-            EXPECT_EQ(frame.time, 1);
-            EXPECT_TRUE(frame.hand[right].tracked);
-            EXPECT_FALSE(frame.hand[left].tracked);
-        }
+        for (int posture = 0; posture < posture_count; ++posture)
+            for (const double lean : {-0.8, 0.0, 3.0}) {
+                PointerHand hand;
+                hand.posture = Posture(posture);
+                hand.gap = 0.04, hand.tilt = 0.3, hand.roll = -0.4;
+                HandsOptions options = zoomed();
+                options.held[right] = held;
+                hand.aim(ahead(lean));
+                hand.advance(1);
+                EXPECT_NEAR(depth_of(hand, options), -0.04, 1e-5) << held << posture;
+                EXPECT_NEAR(length(hand.target() - ahead().on->at), 0, 1e-12);
+                EXPECT_LT(dot(hand.direction(), ahead(lean).on->normal), 0) << "into the clay";
+                const HandFrame frame = hand.hands(options);
+                EXPECT_EQ(frame.time, 1);
+                EXPECT_FALSE(frame.hand[right].tracked) << "on its way it shapes nothing";
+                EXPECT_FALSE(frame.hand[left].tracked);
+            }
+}
+
+// The forearm leaves to the side, of the half of the picture in which the pointer is, and the line
+// of sight to the place is free but for the finger that presses.
+TEST(PointerHand, DoesNotHideWhatItPresses)
+{
+    for (const double at : {-0.4, 0.4}) {
+        PointerHand hand;
+        Pointing p = ahead();
+        p.ray = {at, 0, -1};
+        p.on->at = p.eye + 1.2 * p.ray;
+        hand.aim(p);
+        hand.advance(0);
+        const HandsOptions options = zoomed();
+        const HandFrame frame = hand.hands(options);
+        const Vec3<double> arm =
+            options.at + options.zoom * cast<double>(frame.hand[right].joints[wrist].p);
+        EXPECT_GT((arm.x - p.on->at.x) * at, 0.15 * 0.4);
+        int before = 0;
+        each_sphere(frame, options, [&](Vec3<double> c, double radius) {
+            const Vec3<double> along = unit_of(p.ray), to = c - p.eye;
+            before += length(to - dot(to, along) * along) < radius;
+        });
+        EXPECT_LE(before, 2);
+    }
 }
 
 TEST(PointerHand, PressesInSmoothlyAndComesBack)
 {
     PointerHand hand;
-    hand.press = 0.1;
+    hand.press = 0.1, hand.gap = 0.02;
     const HandsOptions options = zoomed();
-    const auto z = [&](double time) {
+    const auto depth = [&](double time) {
+        hand.aim(ahead());
         hand.advance(time);
-        return foremost_z(hand.hands(ahead(), options), options);
+        return depth_of(hand, options);
     };
-    const double rest = z(0);
+    depth(0);
     hand.pressed = true;
-    double before = rest, most = 0;
-    for (int i = 1; i <= 40; ++i) {
-        const double now = z(0.01 * i);
-        EXPECT_LE(now, before + 1e-6);
-        most = std::max(most, before - now);
+    double before = -0.02, most = 0;
+    for (int i = 1; i <= 60; ++i) {
+        const double now = depth(0.01 * i);
+        EXPECT_TRUE(hand.hands(options).hand[right].tracked);
+        EXPECT_GE(now, before - 1e-6);
+        if (0.01 * i < PointerHand::appear_time) {
+            EXPECT_NEAR(now, -0.02, 1e-5);
+        }
+        most = std::max(most, now - before);
         before = now;
     }
-    EXPECT_NEAR(before, rest - 0.1 * 2.5, 1e-5);
-    EXPECT_LT(most / 0.01, 2.5 * 0.1 / 0.25 * 2) << "no faster than twice the mean";
+    EXPECT_NEAR(before, 0.1, 1e-5);
+    EXPECT_LT(most / 0.01, 0.12 / 0.25 * 2) << "no faster than twice the mean";
     hand.pressed = false;
-    EXPECT_NEAR(z(1), rest, 1e-5);
+    EXPECT_NEAR(depth(1), -0.02, 1e-5);
+    EXPECT_FALSE(hand.hands(options).hand[right].tracked);
+}
+
+TEST(PointerHand, AClickIsAWholePress)
+{
+    PointerHand hand;
+    hand.aim(ahead());
+    hand.advance(0);
+    hand.pressed = true;
+    hand.advance(0.01);
+    hand.pressed = false;
+    double most = -1;
+    for (int i = 2; i < 100; ++i) {
+        hand.aim(ahead());
+        hand.advance(0.01 * i);
+        most = std::max(most, depth_of(hand, zoomed()));
+    }
+    EXPECT_NEAR(most, hand.press, 0.002);
+    EXPECT_FALSE(hand.presses());
+}
+
+// While it presses, it goes sideways with the mouse, and not after the surface that it deforms.
+TEST(PointerHand, ADragKeepsDistanceAndDirection)
+{
+    PointerHand hand;
+    hand.aim(ahead());
+    hand.advance(0);
+    hand.pressed = true;
+    hand.advance(1), hand.advance(2);
+    const Vec3<double> direction = hand.direction();
+    Pointing p = ahead(2);
+    p.ray = {-0.2, 0.1, -1};
+    p.on->at = p.eye + 2.0 * p.ray;
+    hand.aim(p);
+    hand.advance(2.1);
+    EXPECT_NEAR(length(hand.target() - (p.eye + 1.2 * p.ray)), 0, 1e-12);
+    EXPECT_EQ(length(hand.direction() - direction), 0);
+    hand.cancel();
+    EXPECT_FALSE(hand.presses());
 }
 
 TEST(PointerHand, FingersCurlWithinTheirLimits)
@@ -102,9 +188,11 @@ TEST(PointerHand, IsATrackedHandLikeAnyOther)
     Recording recording;
     recording.name = "mouse", recording.rate = 60;
     HandStream stream(zoomed());
+    hand.pressed = true;
     for (int i = 0; i < 60; ++i) {
+        hand.aim(ahead());
         hand.advance(i / 60.0);
-        recording.frames.push_back(hand.hands(ahead(), zoomed()));
+        recording.frames.push_back(hand.hands(zoomed()));
         stream.push(recording.frames.back());
     }
     EXPECT_NO_THROW(check(recording));
