@@ -85,6 +85,7 @@ SessionReplay::SessionReplay(std::shared_ptr<const LiveScene> scene, ReplayOptio
     work->live.make_solver = work->options.make_solver;
     work->live.stepped = work->options.stepped;
     work->live.recorded = false;
+    work->live.codec = work->options.codec;
     work->live.budget = 1e30;  // cuts are those of the log
     if (work->options.read_history) {
         work->options.read_history(work->past);

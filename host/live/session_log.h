@@ -33,6 +33,9 @@ struct ReplayOptions {
     // Of a session in a file.
     std::function<StoredState(std::uint64_t id)> stored_state;
     std::function<void(History&)> read_history;  // all its steps; the first is the current one
+    // Of steps that are captured again, because there is no file of them: as LiveOptions::codec of
+    // the session.
+    Codec codec = Codec::automatic;
     // The events that are replayed end before this step is left, or replaced; none: all.
     std::optional<StepId> to_step;
     // Called after each frame, with the number of frames so far. Return false to stop.

@@ -136,5 +136,33 @@ TEST(SessionLog, OfPagedClayIsComputedAgainToTheBit)
     expect_replayed(session);
 }
 
+// Undo returns to what the codec of the session has rounded.
+TEST(SessionLog, OfRoundedStepsIsComputedAgainByTheirCodec)
+{
+    LiveOptions options;
+    options.make_solver = on_cpu;
+    options.stepped = options.logs = true;
+    options.codec = Codec::quantised;
+    LiveSession session(load_live_scene("scenes/squeeze.json", {"domain.cells=16"}), options);
+    session.advance_to(0.05);
+    session.send(SetGravity{{0, -9, 0}});
+    session.advance_to(0.1);
+    session.send(SetGravity{{0, -1, 0}});
+    session.send(Undo{});
+    session.wait_for_commands();
+    ASSERT_EQ(session.state()->refused, 0) << session.state()->refusal;
+    std::vector<Particle<double>> live;
+    session.inspect_solver([&](const Simulator& s) { live = s.particles(); });
+    const SessionLog log = session.session_log();
+    for (const Codec codec : {Codec::quantised, Codec::automatic}) {
+        ReplayOptions by;
+        by.make_solver = on_cpu, by.stepped = true;
+        by.codec = codec;
+        SessionReplay replay(log.scene, by);
+        for (const SessionEvent& event : log.events) replay.add(event);
+        EXPECT_EQ(same_bits(replay.simulator().particles(), live), codec == Codec::quantised);
+    }
+}
+
 }  // namespace
 }  // namespace knead
