@@ -12,10 +12,10 @@
 namespace knead {
 namespace {
 
-constexpr double tiny = 1e-9;          // coincident [capitals]
+constexpr double coincident = 1e-9;    // [capitals]
 constexpr double smallest = 1.0 / 64;  // half of the edge of a square that is not divided
 constexpr std::size_t few = 4;         // edges: not divided either
-constexpr double margin = 1;           // around the outline: distances are exact there
+constexpr double exact_within = 1;     // around the outline: distances are exact there
 
 struct Segment {
     Point2 a, b;
@@ -36,7 +36,7 @@ std::vector<Segment> segments_of(const std::vector<std::vector<Point2>>& contour
 // Cuts a segment at a point on it.
 void cut(Segment& s, double t, Point2 at)
 {
-    if (t > tiny && t < 1 - tiny) s.cuts.emplace_back(t, at);
+    if (t > coincident && t < 1 - coincident) s.cuts.emplace_back(t, at);
 }
 
 // Cuts two segments where they meet.
@@ -44,16 +44,16 @@ void cut(Segment& s, Segment& o)
 {
     const Point2 r = s.b - s.a, q = o.b - o.a, w = o.a - s.a;
     const double den = cross(r, q);
-    if (std::abs(den) > tiny * std::sqrt(dot(r, r) * dot(q, q))) {
+    if (std::abs(den) > coincident * std::sqrt(dot(r, r) * dot(q, q))) {
         const double t = cross(w, q) / den, u = cross(w, r) / den;
-        if (t < -tiny || t > 1 + tiny || u < -tiny || u > 1 + tiny) return;
-        const Point2 at = t <= tiny       ? s.a
-                          : t >= 1 - tiny ? s.b
-                          : u <= tiny     ? o.a
-                          : u >= 1 - tiny ? o.b
-                                          : s.a + t * r;
+        if (t < -coincident || t > 1 + coincident || u < -coincident || u > 1 + coincident) return;
+        const Point2 at = t <= coincident       ? s.a
+                          : t >= 1 - coincident ? s.b
+                          : u <= coincident     ? o.a
+                          : u >= 1 - coincident ? o.b
+                                                : s.a + t * r;
         cut(s, t, at), cut(o, u, at);
-    } else if (std::abs(cross(w, r)) <= tiny * std::sqrt(dot(r, r))) {  // on one line
+    } else if (std::abs(cross(w, r)) <= coincident * std::sqrt(dot(r, r))) {  // on one line
         cut(s, dot(o.a - s.a, r) / dot(r, r), o.a), cut(s, dot(o.b - s.a, r) / dot(r, r), o.b);
         cut(o, dot(s.a - o.a, q) / dot(q, q), s.a), cut(o, dot(s.b - o.a, q) / dot(q, q), s.b);
     }
@@ -96,7 +96,7 @@ std::vector<std::pair<Point2, Point2>> boundary_of(std::vector<Segment> all)
     const auto add = [&](Point2 a, Point2 b) {
         const Point2 d = b - a;
         const double size = std::sqrt(dot(d, d));
-        if (size <= tiny) return;
+        if (size <= coincident) return;
         const Point2 off = beside / size * Point2{-d.y, d.x}, middle = 0.5 * (a + b);
         const bool left = winding(all, middle + off) != 0, right = winding(all, middle - off) != 0;
         if (left && !right) parts.emplace_back(a, b);
@@ -143,24 +143,27 @@ Letters::Letters(const std::vector<std::vector<Point2>>& contours)
         }
     std::vector<int> near;
     for (const auto& [a, b] : parts) {
-        const Edge edge{a - middle, b - middle, normals.at({a.x, a.y}), normals.at({b.x, b.y})};
+        const Point2 d = b - a;
+        const double length = std::sqrt(dot(d, d));
+        const Edge edge{
+            a - middle, b - middle, 1 / length * d, normals.at({a.x, a.y}), normals.at({b.x, b.y}),
+            length};
         area_ += cross(edge.a, edge.b) / 2;
         near.push_back(int(edges_.size()));
         edges_.push_back(edge);
     }
-    half_ = std::max(width_, height_) / 2 + margin;
+    half_ = std::max(width_, height_) / 2 + exact_within;
     squares_.emplace_back();
     divide(0, {0, 0}, half_, near);
 }
 
 Letters::Nearest Letters::nearest(const Edge& e, Point2 at)
 {
-    const Point2 d = e.b - e.a, p = at - e.a;
-    const double t = dot(p, d) / dot(d, d);
+    const Point2 p = at - e.a, q = at - e.b;
+    const double t = dot(p, e.along), left = cross(e.along, p);
     if (t <= 0) return {dot(p, p), -dot(p, e.normal_a)};
-    if (t >= 1) return {dot(at - e.b, at - e.b), -dot(at - e.b, e.normal_b)};
-    const double area = cross(d, p);
-    return {area * area / dot(d, d), area};
+    if (t >= e.length) return {dot(q, q), -dot(q, e.normal_b)};
+    return {left * left, left};
 }
 
 // `near`: edges among which the nearest of each point in the square is.
@@ -174,13 +177,13 @@ void Letters::divide(int square, Point2 centre, double half, const std::vector<i
         if (one.squared < best.squared) best = one;
     }
     const double diagonal = 1.4142135623730951 * half, distance = std::sqrt(best.squared);
-    if (distance - diagonal > margin) {
+    if (distance - diagonal > exact_within) {
         squares_[std::size_t(square)].depth = std::copysign(distance, best.depth);
         return;
     }
     std::vector<int> nearer;
     for (std::size_t i = 0; i < near.size(); ++i)
-        if (distances[i] <= distance + 2 * diagonal + tiny) nearer.push_back(near[i]);
+        if (distances[i] <= distance + 2 * diagonal + coincident) nearer.push_back(near[i]);
     if (nearer.size() <= few || half <= smallest) {
         squares_[std::size_t(square)].begin = int(near_.size());
         near_.insert(near_.end(), nearer.begin(), nearer.end());
@@ -198,7 +201,7 @@ void Letters::divide(int square, Point2 centre, double half, const std::vector<i
 double Letters::depth(Point2 at) const
 {
     const Point2 beyond{std::abs(at.x) - width_ / 2, std::abs(at.y) - height_ / 2};
-    if (std::max(beyond.x, beyond.y) >= margin)
+    if (std::max(beyond.x, beyond.y) >= exact_within)
         return -std::hypot(std::max(0.0, beyond.x), std::max(0.0, beyond.y));
     Point2 centre{0, 0};
     double half = half_;

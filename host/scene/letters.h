@@ -23,7 +23,8 @@ class Letters {
     // A part of the outline; the inside is on its left. The normals at its ends point outwards,
     // and are those of both edges that meet there.
     struct Edge {
-        Point2 a, b, normal_a, normal_b;
+        Point2 a, b, along, normal_a, normal_b;  // along: of length 1
+        double length;
     };
     // A square: four smaller ones, or the edges that may be the nearest of a point in it, or a
     // depth at its centre, if it is far from the outline.

@@ -17,16 +17,16 @@ constexpr double pi = std::numbers::pi, nowhere = -std::numeric_limits<double>::
 
 // Distance in the shapes' own frames, with r: the distance from the y axis.
 
-double depth_of_cone(Vec3<double> half, double r, double y)
+double depth_of_cone(Vec3<double> reach, double r, double y)
 {
-    const double side = (half.y - y) * half.x - 2 * half.y * r;
-    return min(half.y + y, side / std::hypot(half.x, 2 * half.y));
+    const double side = (reach.y - y) * reach.x - 2 * reach.y * r;
+    return min(reach.y + y, side / std::hypot(reach.x, 2 * reach.y));
 }
 
-double depth_of_rounded_box(Vec3<double> half, double rounding, Vec3<double> d)
+double depth_of_rounded_box(Vec3<double> reach, double rounding, Vec3<double> d)
 {
-    const Vec3<double> q{std::abs(d.x) - half.x + rounding, std::abs(d.y) - half.y + rounding,
-                         std::abs(d.z) - half.z + rounding};
+    const Vec3<double> q{std::abs(d.x) - reach.x + rounding, std::abs(d.y) - reach.y + rounding,
+                         std::abs(d.z) - reach.z + rounding};
     const Vec3<double> out{max(q.x, 0.0), max(q.y, 0.0), max(q.z, 0.0)};
     return rounding - length(out) - min(max(q.x, max(q.y, q.z)), 0.0);
 }
@@ -34,16 +34,17 @@ double depth_of_rounded_box(Vec3<double> half, double rounding, Vec3<double> d)
 // The nearest point of the surface is x_i = r_i^2 d_i / (t + r_i^2) with the largest root t of
 // sum (r_i d_i / (t + r_i^2))^2 = 1 [Eberly 2013]. The left side is convex and falls, so that
 // Newton's method ascends to the root from a place where it is above 1.
-double depth_of_ellipsoid(Vec3<double> half, Vec3<double> d)
+double depth_of_ellipsoid(Vec3<double> reach, Vec3<double> d)
 {
-    const double least = min(half.x, min(half.y, half.z)), off = 1e-9 * least;
+    const double least = min(reach.x, min(reach.y, reach.z)), off = 1e-9 * least;
     const Vec3<double> p{max(std::abs(d.x), off), max(std::abs(d.y), off), max(std::abs(d.z), off)},
-        square{half.x * half.x, half.y * half.y, half.z * half.z};
-    double t = max(half.x * p.x - square.x, max(half.y * p.y - square.y, half.z * p.z - square.z));
+        square{reach.x * reach.x, reach.y * reach.y, reach.z * reach.z};
+    double t =
+        max(reach.x * p.x - square.x, max(reach.y * p.y - square.y, reach.z * p.z - square.z));
     Vec3<double> v{};
     for (int k = 0; k < 60; ++k) {
         v = {p.x / (t + square.x), p.y / (t + square.y), p.z / (t + square.z)};
-        const Vec3<double> w{half.x * v.x, half.y * v.y, half.z * v.z};
+        const Vec3<double> w{reach.x * v.x, reach.y * v.y, reach.z * v.z};
         const double f = dot(w, w) - 1;
         const double slope = 2 * (w.x * w.x / (t + square.x) + w.y * w.y / (t + square.y) +
                                   w.z * w.z / (t + square.z));
@@ -113,12 +114,14 @@ double depth(const Object& o, Vec3<double> x)
         case ShapeKind::rounded_box:
             return depth_of_rounded_box(half, o.rounding, d);
         case ShapeKind::cone:
-            return depth_of_cone(half, std::hypot(d.x, d.z), d.y);
+            return depth_of_cone(half, std::sqrt(d.x * d.x + d.z * d.z), d.y);
         case ShapeKind::capsule:
             return half.x -
                    length(Vec3<double>{d.x, max(0.0, std::abs(d.y) - (half.y - half.x)), d.z});
-        case ShapeKind::torus:
-            return half.y - std::hypot(std::hypot(d.x, d.z) - (half.x - half.y), d.y);
+        case ShapeKind::torus: {
+            const double off = std::sqrt(d.x * d.x + d.z * d.z) - (half.x - half.y);
+            return half.y - std::sqrt(off * off + d.y * d.y);
+        }
         case ShapeKind::text:
             return depth_of_text(o, d);
         case ShapeKind::sphere:

@@ -35,7 +35,7 @@ const std::pair<const char*, const char*> all_shapes[] = {
     {"cone", R"("shape": "cone", "diameter": 0.49, "height": 0.47)"},
     {"capsule", R"("shape": "capsule", "diameter": 0.29, "height": 0.61)"},
     {"torus", R"("shape": "torus", "diameter": 0.71, "tube": 0.26)"},
-    {"text", R"("shape": "text", "text": "g&8", "height": 0.31, "depth": 0.27)"}};
+    {"text", R"("shape": "text", "text": "O", "height": 0.75, "depth": 0.27)"}};
 
 bool has_font() { return !font_file().empty(); }
 bool usable(const char* name) { return has_font() || std::string(name) != "text"; }
@@ -82,59 +82,56 @@ TEST(Shapes, AreFilledWithTheirVolume)
             if (std::getenv("KNEAD_PRINT"))
                 std::cout << name << " " << i << ": " << 100 * (volume / exact - 1) << " %, "
                           << s.setup.particles.size() << " particles\n";
+            // A whole stratum at a reflex corner may have its particle just outside.
+            const bool smooth = std::string(name) != "text";
             for (const Particle<double>& p : s.setup.particles)
-                ASSERT_GE(depth(s.objects[0], p.x), 0) << name;
+                ASSERT_GE(depth(s.objects[0], p.x), smooth ? 0 : -1e-3) << name;
         }
     }
 }
 
-// Density at the nodes whose particles are all inside, as a share of the clay's own: the standard
-// deviation.
-struct Noise {
-    double inner, deep;  // at nodes 1.5 cells below the surface; 3 cells
-};
-Noise noise_of(const Scene& s)
+// Standard deviation of the density at the nodes at least 1.5 cells below the surface, whose
+// particles are all inside, as a share of the mean.
+double noise_of(const Scene& s)
 {
-    const Lattice& lattice = s.setup.lattice;
+    const auto& lattice = s.setup.lattice;
     const double dx = lattice.dx;
-    std::vector<double> mass(std::size_t(lattice.size.x) * lattice.size.y * lattice.size.z);
+    std::vector<double> mass(std::size_t(lattice.size.x) * std::size_t(lattice.size.y) *
+                             std::size_t(lattice.size.z));
     const auto at = [&](Int3 n) {
         return std::size_t((n.z * lattice.size.y + n.y) * lattice.size.x + n.x);
     };
     for (const Particle<double>& p : s.setup.particles) {
-        const Stencil<double> stencil_at = stencil(p.x, 1 / dx);
-        for_each_node(stencil_at, dx, [&](Int3 step, double w, Vec3<double>) {
-            mass[at(stencil_at.base + step)] += w;
-        });
+        const Stencil<double> near = stencil((1 / dx) * p.x, 1.0);
+        for_each_node(near, 1.0,
+                      [&](Int3 step, double w, Vec3<double>) { mass[at(near.base + step)] += w; });
     }
-    double sum[2] = {}, square[2] = {}, count[2] = {};
+    double sum = 0, square = 0, count = 0;
     for (int z = 0; z < lattice.size.z; ++z)
         for (int y = 0; y < lattice.size.y; ++y)
             for (int x = 0; x < lattice.size.x; ++x) {
-                const double below =
-                    depth(s.objects[0], dx * Vec3<double>{double(x), double(y), double(z)});
+                const Vec3<double> node = dx * Vec3<double>{double(x), double(y), double(z)};
+                if (depth(s.objects[0], node) < 1.5 * dx) continue;
                 const double m = mass[at({x, y, z})];
-                for (int k = 0; k < 2; ++k)
-                    if (below >= (k ? 3 : 1.5) * std::sqrt(k ? 1 : 3) * dx)
-                        sum[k] += m, square[k] += m * m, ++count[k];
+                sum += m, square += m * m, ++count;
             }
-    const auto deviation = [&](int k) {
-        const double mean = sum[k] / count[k];
-        return std::sqrt(std::max(0.0, square[k] / count[k] - mean * mean)) / mean;
-    };
-    return {deviation(0), deviation(1)};
+    EXPECT_GT(count, 500);
+    const double mean = sum / count;
+    EXPECT_NEAR(mean, 8, 0.01);
+    return std::sqrt(std::max(0.0, square / count - mean * mean)) / mean;
 }
 
 TEST(Shapes, AreFilledEvenly)
 {
+    const Quat<double> turned = turn_about(Vec3<double>{0.6, 0, 0.8}, 0.7);
     for (const auto& [name, shape] : all_shapes) {
         if (!usable(name)) continue;
-        const Noise noise =
-            noise_of(scene_of(rotated(shape, turn_about(Vec3<double>{0.6, 0, 0.8}, 0.7)), 48));
-        if (std::getenv("KNEAD_PRINT"))
-            std::cout << name << ": " << 100 * noise.inner << " %, deep " << 100 * noise.deep
-                      << " %\n";
-        EXPECT_LE(noise.inner, 0.006) << name;
+        for (const Quat<double> q : {upright, turned}) {
+            const double noise = noise_of(scene_of(rotated(shape, q), 48));
+            EXPECT_LE(noise, 0.006) << name;
+            if (std::getenv("KNEAD_PRINT"))
+                std::cout << name << ": " << 100 * noise << " % of noise\n";
+        }
     }
 }
 
