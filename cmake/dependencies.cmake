@@ -57,6 +57,9 @@ else()
     set(knead_xr "no headset (the header openxr/openxr.h was not found)")
 endif()
 
+# Clay in the shape of a text: a header that includes its own source.
+find_path(STB_INCLUDE_DIR stb_truetype.h PATH_SUFFIXES stb)
+
 # The panels of window and headset, and captions of pictures: Dear ImGui is linked.
 find_path(IMGUI_INCLUDE_DIR imgui.h PATH_SUFFIXES imgui)
 find_library(IMGUI_LIBRARY imgui)

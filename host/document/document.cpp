@@ -9,6 +9,7 @@
 #include "host/document/document_text.h"
 #include "host/scene/domain.h"
 #include "host/scene/object_json.h"
+#include "host/scene/shapes.h"
 #include "host/scene/soften.h"
 
 namespace knead {
@@ -34,7 +35,8 @@ bool same(const SplatsOptions& a, const SplatsOptions& b)
 bool same(const ObjectSource& a, const ObjectSource& b)
 {
     return a.shape == b.shape && same(a.size, b.size) && same(a.velocity, b.velocity) &&
-           same(a.per_cell, b.per_cell) && same(a.splats, b.splats);
+           same(a.per_cell, b.per_cell) && same(a.splats, b.splats) &&
+           same(a.rounding, b.rounding) && a.text == b.text;
 }
 template <class T>
 bool same(const std::shared_ptr<const T>& a, const std::shared_ptr<const T>& b)
@@ -58,6 +60,13 @@ std::vector<int> Document::hidden_categories() const
     for (const auto& [category, is] : hidden)
         if (is) all.push_back(category);
     return all;
+}
+
+Vec3<double> own_extents(const SceneObject& of)
+{
+    Object o = object_of(of);
+    o.rotation = {1, 0, 0, 0};
+    return extents(o);
 }
 
 bool has_velocity(const Document& document)
@@ -115,7 +124,7 @@ SceneObject scene_object(const Object& o, ObjectId id)
             normalised(o.stated),
             {o.rotation, o.centre},
             {o.shape, splats ? Vec3<double>{} : o.size, o.velocity, o.per_cell,
-             splats ? o.splats : SplatsOptions{}},
+             splats ? o.splats : SplatsOptions{}, o.rounding, o.text},
             false,
             false};
 }
@@ -126,6 +135,8 @@ Object object_of(const SceneObject& of)
     o.name = of.name, o.category = of.category;
     o.shape = of.source.shape, o.size = of.source.size, o.velocity = of.source.velocity;
     o.per_cell = of.source.per_cell, o.splats = of.source.splats;
+    o.rounding = of.source.rounding, o.text = of.source.text;
+    add_letters(o);
     o.centre = of.pose.p, o.rotation = of.pose.q;
     o.stated = of.material;
     o.material = made(of.material), o.material.category = of.category;

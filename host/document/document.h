@@ -22,10 +22,12 @@ struct ObjectId {
 // Where an object's clay came from. The clay itself is in the solver.
 struct ObjectSource {
     ShapeKind shape = ShapeKind::sphere;
-    Vec3<double> size{};      // full extents in the object's frame [m]; of shape `splats`: 0
+    Vec3<double> size{};      // as in Object [m]; of shape `splats`: 0
     Vec3<double> velocity{};  // of new clay [m/s]
     double per_cell = 8;      // particles per cell
     SplatsOptions splats;     // of shape `splats`
+    double rounding = 0;      // of a rounded box [m]
+    std::string text;         // of shape `text`; its outline is that of the system's font
 };
 
 // All poses are in the frame of the scene's file.
@@ -65,6 +67,9 @@ struct Document {
     std::vector<int> hidden_categories() const;  // those whose objects are all hidden
 };
 using DocumentPtr = std::shared_ptr<const Document>;
+
+// Full extents in the object's own frame [m]; of shape `splats`: 0.
+Vec3<double> own_extents(const SceneObject& object);
 
 bool has_velocity(const Document& document);  // new clay of an object has one
 

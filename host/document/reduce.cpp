@@ -134,6 +134,11 @@ class Reduction {
             added.source.size = {};
         else
             added.source.splats = {};
+        if (added.source.shape != ShapeKind::rounded_box) added.source.rounding = 0;
+        if (added.source.shape == ShapeKind::text)
+            added.source.size.x = 0;
+        else
+            added.source.text.clear();
         if (added.name.empty()) added.name = fmt::format("object {}", added.id.value);
         Document next = d;
         next.objects.push_back(std::make_shared<const SceneObject>(std::move(added)));
@@ -311,8 +316,9 @@ class Reduction {
         if (const auto fault = fault_of(m)) refuse(field, fault->text());
     }
 
-    void check_source(const ObjectSource& s, const char* field) const
+    void check_source(const SceneObject& o, const char* field) const
     {
+        const ObjectSource& s = o.source;
         const auto in = [&](const Bounds& range) {
             return command_field(field, &PlaceObject::object, "", range);
         };
@@ -323,11 +329,22 @@ class Reduction {
             check(in({-360, 360, "degrees"}), s.splats.turn);
             return check(in({0, 1000, "m"}), s.splats.depth);
         }
-        check(in({0, 1000, "m", true}), s.size);
-        if (s.shape != ShapeKind::box && s.size.x != s.size.z)
-            refuse(field, "expected one diameter, found different extents along x and z");
-        if (s.shape == ShapeKind::sphere && s.size.x != s.size.y)
-            refuse(field, "expected one diameter, found different extents along x and y");
+        check(in({}), s.text);
+        if (s.shape == ShapeKind::text) {
+            check(in({0, largest_extent, "m", true}), s.size.y);
+            check(in({0, largest_extent, "m", true}), s.size.z);
+        } else {
+            check(in({0, largest_extent, "m", true}), s.size);
+            const bool three = s.shape == ShapeKind::box || s.shape == ShapeKind::ellipsoid ||
+                               s.shape == ShapeKind::rounded_box;
+            if (!three && s.size.x != s.size.z)
+                refuse(field, "expected one diameter, found different extents along x and z");
+            if (s.shape == ShapeKind::sphere && s.size.x != s.size.y)
+                refuse(field, "expected one diameter, found different extents along x and y");
+        }
+        if (const auto fault = shape_fault(object_of(o)))
+            refuse(field, fmt::format("{}: expected {}, found {}", fault->key, fault->expected,
+                                      fault->found));
     }
 
     void check_object(const SceneObject& o, const char* field) const
@@ -339,7 +356,7 @@ class Reduction {
         check(in({0, 255}), o.category);
         check(in(anywhere), o.pose.p);
         check(in(turn_range), o.pose.q);
-        check_source(o.source, field);
+        check_source(o, field);
         check(in({-1000, 1000, "m/s"}), o.source.velocity);
         check(in({2, 64, "particles per cell"}), o.source.per_cell);
         check(in({}), o.name);

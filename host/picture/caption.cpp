@@ -14,6 +14,7 @@
 #include <set>
 #include <vector>
 
+#include "host/base/font_file.h"
 #include "host/picture/font.h"
 
 namespace knead {

@@ -1,14 +1,10 @@
-// The font of panels and captions. Only part of builds with Dear ImGui.
+// Sizes of Dear ImGui's fonts. Only part of builds with Dear ImGui. The file of a font: font_file()
+// in host/base, because Dear ImGui's own font, of 13 pixels, has ASCII and Latin-1 alone.
 #pragma once
-#include <string>
 
 struct ImFont;
 
 namespace knead {
-
-// A font of the system with more than ASCII and Latin-1, which is all that Dear ImGui's own, of 13
-// pixels, has; "": there is none.
-std::string font_file();
 
 // Height of capitals [pixels].
 float capital_of(const ImFont& font);

@@ -12,10 +12,12 @@ namespace knead {
 template <class T>
 using Names = std::vector<std::pair<std::string, T>>;
 
-inline const Names<ShapeKind> shape_kinds = {{"sphere", ShapeKind::sphere},
-                                             {"box", ShapeKind::box},
-                                             {"cylinder", ShapeKind::cylinder},
-                                             {"splats", ShapeKind::splats}};
+inline const Names<ShapeKind> shape_kinds = {
+    {"sphere", ShapeKind::sphere},       {"box", ShapeKind::box},
+    {"cylinder", ShapeKind::cylinder},   {"splats", ShapeKind::splats},
+    {"ellipsoid", ShapeKind::ellipsoid}, {"rounded_box", ShapeKind::rounded_box},
+    {"cone", ShapeKind::cone},           {"capsule", ShapeKind::capsule},
+    {"torus", ShapeKind::torus},         {"text", ShapeKind::text}};
 inline const Names<UpAxis> up_axes = {{"x", UpAxis::x}, {"-x", UpAxis::minus_x},
                                       {"y", UpAxis::y}, {"-y", UpAxis::minus_y},
                                       {"z", UpAxis::z}, {"-z", UpAxis::minus_z}};

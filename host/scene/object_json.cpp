@@ -7,6 +7,7 @@
 
 #include "host/scene/names.h"
 #include "host/scene/presets.h"
+#include "host/scene/shapes.h"
 #include "host/scene/splats_options.h"
 
 namespace knead {
@@ -69,6 +70,77 @@ Quat<double> read_rotation(ObjectReader& r, const std::string& key)
 }
 
 namespace {
+
+constexpr Bounds extent{0, largest_extent, "m", true};
+
+// The keys of a shape's size; write_shape() writes them.
+void read_shape(ObjectReader& r, Object& o)
+{
+    switch (o.shape) {
+        case ShapeKind::box:
+        case ShapeKind::ellipsoid:
+            o.size = r.vector("size", extent);
+            break;
+        case ShapeKind::rounded_box:
+            o.size = r.vector("size", extent);
+            o.rounding = r.number("rounding", {0, largest_extent / 2, "m"},
+                                  std::min({o.size.x, o.size.y, o.size.z}) / 4);
+            break;
+        case ShapeKind::cylinder:
+        case ShapeKind::cone:
+        case ShapeKind::capsule: {
+            const double across = r.number("diameter", extent);
+            o.size = {across, r.number("height", extent), across};
+            break;
+        }
+        case ShapeKind::torus: {
+            const double across = r.number("diameter", extent);
+            o.size = {across, r.number("tube", extent), across};
+            break;
+        }
+        case ShapeKind::text:
+            r.required("text", "a text");
+            o.text = r.text("text", "");
+            o.size = {0, r.number("height", extent), r.number("depth", extent)};
+            add_letters(o);
+            break;
+        case ShapeKind::sphere:
+        case ShapeKind::splats: {
+            const double across = r.number("diameter", extent);
+            o.size = {across, across, across};
+            break;
+        }
+    }
+    if (const auto fault = shape_fault(o)) r.fail(fault->key, fault->expected, fault->found);
+}
+
+void write_shape(const Object& o, Json& all)
+{
+    switch (o.shape) {
+        case ShapeKind::rounded_box:
+            all["rounding"] = o.rounding;
+            [[fallthrough]];
+        case ShapeKind::box:
+        case ShapeKind::ellipsoid:
+            all["size"] = {o.size.x, o.size.y, o.size.z};
+            break;
+        case ShapeKind::cylinder:
+        case ShapeKind::cone:
+        case ShapeKind::capsule:
+            all["height"] = o.size.y;
+            [[fallthrough]];
+        case ShapeKind::sphere:
+        case ShapeKind::splats:
+            all["diameter"] = o.size.x;
+            break;
+        case ShapeKind::torus:
+            all["diameter"] = o.size.x, all["tube"] = o.size.y;
+            break;
+        case ShapeKind::text:
+            all["text"] = o.text, all["height"] = o.size.y, all["depth"] = o.size.z;
+            break;
+    }
+}
 
 double read_per_cell(ObjectReader& r)
 {
@@ -133,20 +205,14 @@ Json json_of(const MaterialSpec& m)
 
 Object read_object(ObjectReader& r, const std::string& default_name, const std::string& folder)
 {
-    const Bounds where{-1000, 1000, "m"}, extent{0, 1000, "m", true};
     Object o;
     o.name = r.text("name", default_name);
     o.shape = r.choice("shape", shape_kinds, ShapeKind::sphere);
-    o.centre = r.vector("centre", where);
-    if (o.shape == ShapeKind::splats) {
+    o.centre = r.vector("centre", {-1000, 1000, "m"});
+    if (o.shape == ShapeKind::splats)
         read_splats_options(r, o.splats, folder);
-    } else if (o.shape == ShapeKind::box) {
-        o.size = r.vector("size", extent);
-    } else {
-        const double across = r.number("diameter", extent);
-        const bool ball = o.shape == ShapeKind::sphere;
-        o.size = {across, ball ? across : r.number("height", extent), across};
-    }
+    else
+        read_shape(r, o);
     o.rotation = read_rotation(r, "rotation");
     o.velocity = r.vector("velocity", {-1000, 1000, "m/s"}, {0, 0, 0});
     o.stated = read_material(r, "material");
@@ -171,14 +237,10 @@ Json json_of(const Object& o, const std::string& path)
     const bool turned = !same_number(q.w, 1) || !same_number(q.x, 0) || !same_number(q.y, 0) ||
                         !same_number(q.z, 0);
     if (turned) all["rotation"] = {q.w, q.x, q.y, q.z};
-    if (o.shape == ShapeKind::splats) {
+    if (o.shape == ShapeKind::splats)
         write_splats_options(o.splats, path, all);
-    } else if (o.shape == ShapeKind::box) {
-        all["size"] = triple(o.size);
-    } else {
-        all["diameter"] = o.size.x;
-        if (o.shape == ShapeKind::cylinder) all["height"] = o.size.y;
-    }
+    else
+        write_shape(o, all);
     return all;
 }
 

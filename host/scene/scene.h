@@ -17,7 +17,18 @@
 
 namespace knead {
 
-enum class ShapeKind { sphere, box, cylinder, splats };
+enum class ShapeKind {
+    sphere,
+    box,
+    cylinder,
+    splats,
+    ellipsoid,
+    rounded_box,
+    cone,
+    capsule,
+    torus,
+    text
+};
 enum class UpAxis { x, minus_x, y, minus_y, z, minus_z };
 
 // A photographed object, of shape `splats`: its file and its pose in the scene.
@@ -39,14 +50,19 @@ struct ObjectParticles {
     Vec3<double> middle{};                // centre of the box that contains the object [m]
 };
 
+class Letters;  // letters.h
+
 struct Object {
     bool local() const { return shape == ShapeKind::splats && splats.depth > 0; }
     std::string name;
     ShapeKind shape = ShapeKind::sphere;
     Vec3<double> centre{};  // [m]
-    // Full extents [m], in the object's frame; the axis of a cylinder is y. Of shape `splats`: in
-    // the scene's frame, set on loading; box_of() is the box of any object.
+    // Full extents [m], in the object's frame; the axis of cylinder, cone (apex up), capsule and
+    // torus is y. Of a text: 0, the height of a capital, its depth. Of shape `splats`: in the
+    // scene's frame, set on loading; box_of() is the box of any object.
     Vec3<double> size{};
+    double rounding = 0;  // of a rounded box: radius of its edges [m]
+    std::string text;     // of shape `text`: UTF-8, read along x, seen from +z
     // From the object's frame to the scene's frame; the object turns about its centre.
     Quat<double> rotation{1, 0, 0, 0};
     Vec3<double> velocity{};      // [m/s]
@@ -58,6 +74,7 @@ struct Object {
     double per_cell = 8;   // particles per cell of the solver
     SplatsOptions splats;  // of shape `splats`
     std::shared_ptr<const ObjectParticles> given;
+    std::shared_ptr<const Letters> letters;  // of `text`; add_letters() sets them
 };
 
 enum class ClockMode { wall, paper };

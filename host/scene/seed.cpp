@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
-#include <numbers>
 
 #include "cuda/math/node4.h"
-#include "cuda/math/rotation.h"
 #include "host/base/errors.h"
 #include "host/hands/motion.h"
 #include "host/scene/packing.h"
@@ -21,9 +18,6 @@ std::string place(const Scene& scene, std::size_t object)
 {
     return fmt::format("{}: /objects/{}", scene.path, object);
 }
-
-// Centre of the box of an object.
-Vec3<double> middle_of(const Object& o) { return o.given ? o.given->middle : o.centre; }
 
 // Errors state positions in the frame of the scene's file.
 void check_between_walls(const Scene& scene, std::size_t index)
@@ -170,72 +164,6 @@ void add_tool(HandTools& to, const HandsOptions& hands, Side side)
 }
 
 }  // namespace
-
-double depth(const Object& o, Vec3<double> x)
-{
-    const Vec3<double> d = rotate(conjugate(o.rotation), x - o.centre), half = 0.5 * o.size;
-    switch (o.shape) {
-        case ShapeKind::box:
-            return min(half.x - std::abs(d.x), min(half.y - std::abs(d.y), half.z - std::abs(d.z)));
-        case ShapeKind::cylinder:
-            return min(half.y - std::abs(d.y), half.x - std::hypot(d.x, d.z));
-        case ShapeKind::splats:
-            return -std::numeric_limits<double>::infinity();
-        case ShapeKind::sphere:
-            break;
-    }
-    return half.x - length(d);
-}
-
-bool inside(const Object& o, Vec3<double> x) { return depth(o, x) >= 0; }
-
-Vec3<double> extents(const Object& o)
-{
-    const Mat3<double> R = rotation(o.rotation);
-    const Vec3<double> s = o.size;
-    switch (o.shape) {
-        case ShapeKind::box: {
-            const auto along = [&](double x, double y, double z) {
-                return std::abs(x) * s.x + std::abs(y) * s.y + std::abs(z) * s.z;
-            };
-            return {along(R.a.x, R.b.x, R.c.x), along(R.a.y, R.b.y, R.c.y),
-                    along(R.a.z, R.b.z, R.c.z)};
-        }
-        case ShapeKind::cylinder: {
-            // The axis, and a disc that is seen at the angle between its normal and each axis.
-            const auto along = [&](double axis) {
-                return std::abs(axis) * s.y + std::sqrt(max(0.0, 1 - axis * axis)) * s.x;
-            };
-            return {along(R.b.x), along(R.b.y), along(R.b.z)};
-        }
-        case ShapeKind::splats:
-        case ShapeKind::sphere:
-            break;
-    }
-    return s;
-}
-
-Box3<double> box_of(const Object& o)
-{
-    const Vec3<double> half = 0.5 * extents(o), middle = middle_of(o);
-    return {middle - half, middle + half};
-}
-
-double shape_volume(const Object& o)
-{
-    const double box = o.size.x * o.size.y * o.size.z;
-    switch (o.shape) {
-        case ShapeKind::box:
-            return box;
-        case ShapeKind::cylinder:
-            return box * std::numbers::pi / 4;
-        case ShapeKind::splats:
-            return o.given ? o.given->volume * double(o.given->particles.size()) : 0;
-        case ShapeKind::sphere:
-            break;
-    }
-    return box * std::numbers::pi / 6;
-}
 
 double expected_particles(const Scene& scene)
 {

@@ -3,16 +3,11 @@
 #pragma once
 #include <vector>
 
-#include "cuda/math/box.h"
 #include "host/scene/scene.h"
+#include "host/scene/shapes.h"
 
 namespace knead {
 
-// The smallest box along the axes that contains an object, rotated, and the lengths of its edges
-// [m]. Of shape `splats`: what is loaded, or nothing.
-Box3<double> box_of(const Object& object);
-Vec3<double> extents(const Object& object);
-double shape_volume(const Object& object);      // [m^3]
 double expected_particles(const Scene& scene);  // overlaps counted twice
 double expected_bytes(const Scene& scene);      // host and solver
 
@@ -23,9 +18,5 @@ struct HandTools {
 };
 // Throws std::invalid_argument for an unknown tool.
 HandTools hand_tools(const HandsOptions& hands);
-
-// Depth of x below an object's surface [m], negative outside; always outside for shape `splats`.
-double depth(const Object& object, Vec3<double> x);
-bool inside(const Object& object, Vec3<double> x);
 
 }  // namespace knead

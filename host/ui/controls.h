@@ -28,6 +28,8 @@ enum class Control {
     discard_log,
     hide_recoverable,
     object,
+    add,
+    add_text,
     rename,
     preset,
     quantity,

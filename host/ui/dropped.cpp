@@ -51,7 +51,7 @@ bool holds_scene(const std::string& path)
 double reach_of(const SceneObject& o)
 {
     if (o.source.shape == ShapeKind::splats) return o.source.splats.size / 2;
-    return length(o.source.size) / 2;
+    return length(own_extents(o)) / 2;
 }
 
 // Above the floor, in the middle of it if nothing is there, else at the nearest of 5 x 5 places

@@ -164,7 +164,7 @@ void PanelController::discard_log(std::size_t at)
 void PanelController::send(Command command, LiveSession& session, unsigned drag)
 {
     if (ui.document) {
-        IdSource ids;  // no control adds an object of its own
+        IdSource ids;  // unused: an added object appears once the session has numbered it
         const auto next = reduce(ui.document, command, ids);
         if (const DocumentPtr* to = std::get_if<DocumentPtr>(&next))
             if (!std::holds_alternative<AddObject>(command)) ui.document = *to;

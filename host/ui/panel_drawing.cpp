@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "host/base/errors.h"
+#include "host/base/font_file.h"
 #include "host/document/command_table.h"
 #include "host/picture/font.h"
 #include "host/ui/file_dialog.h"

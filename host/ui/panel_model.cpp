@@ -144,7 +144,18 @@ void add_material(Builder& to, const SceneObject& object)
     }
 }
 
-void add_clay(Builder& to, PanelModel& model, const UiState& ui)
+// A choice without a current one: each choice adds an object.
+void add_adding(Builder& to, const LiveState& state, const UiState& ui)
+{
+    if (ControlState* const one = to.add(Control::add, -1)) {
+        for (const NewShape& shape : new_shapes) one->choices.push_back(shape.name);
+        one->why_not = why_not(AddObject{}, state);
+    }
+    if (ControlState* const one = to.add(Control::add_text, ui.text))
+        one->why_not = why_not(AddObject{}, state);
+}
+
+void add_clay(Builder& to, PanelModel& model, const LiveState& state, const UiState& ui)
 {
     if (!ui.document) return;
     for (const auto& object : ui.document->objects) {
@@ -152,6 +163,7 @@ void add_clay(Builder& to, PanelModel& model, const UiState& ui)
             to.add(Control::object, object->id == ui.chosen, int(object->id.value));
         if (one) one->label = object->name;
     }
+    add_adding(to, state, ui);
     const SceneObject* const object = chosen_object(ui);
     if (!object) return;
     if (ControlState* const one = to.add(Control::rename, object->name)) one->label = "Name";
@@ -241,6 +253,16 @@ std::vector<Command> material_commands(const UiState& ui, const ControlEvent& ev
     return {SetMaterial{object->id, to}};
 }
 
+std::vector<Command> add_command(const LiveState& state, const UiState& ui,
+                                 const ControlEvent& event)
+{
+    const int* const at = value_of<int>(event);
+    if (!at || *at < 0 || std::size_t(*at) >= new_shapes.size() || !state.document) return {};
+    const SceneObject* const like = chosen_object(ui);
+    const MaterialSpec& material = like ? like->material : material_spec("clay");
+    return {AddObject{new_object(state, new_shapes[std::size_t(*at)], material, ui.text)}};
+}
+
 std::vector<Command> tool_command(const ControlEvent& event)
 {
     const int* const at = value_of<int>(event);
@@ -323,7 +345,7 @@ PanelModel panel_model(const LiveState& state, const UiState& ui)
     PanelModel model;
     Builder to(state, ui, model);
     add_session(to, state, ui);
-    add_clay(to, model, ui);
+    add_clay(to, model, state, ui);
     add_hands(to, ui);
     add_scene(to, state, ui);
     add_view(to, ui);
@@ -368,6 +390,8 @@ std::vector<Command> commands_for(const LiveState& state, const UiState& ui,
         case Control::preset:
         case Control::quantity:
             return material_commands(ui, event);
+        case Control::add:
+            return add_command(state, ui, event);
         case Control::rename:
         case Control::lock:
         case Control::hide:
@@ -407,6 +431,9 @@ bool change(UiState& ui, const ControlEvent& event)
     switch (event.id.control) {
         case Control::object:
             ui.chosen = {std::uint32_t(event.id.index)};
+            return true;
+        case Control::add_text:
+            if (const std::string* const text = value_of<std::string>(event)) ui.text = *text;
             return true;
         case Control::mouse_hand:
             ui.mouse_hand = on ? *on : !ui.mouse_hand;

@@ -11,6 +11,7 @@
 #include "host/hands/pointer.h"
 #include "host/live/live_session.h"
 #include "host/ui/controls.h"
+#include "host/ui/new_object.h"
 
 namespace knead {
 
@@ -111,6 +112,7 @@ struct UiState {
     bool paused = false, filming = false;
     int export_what = 0, export_unit = 0;  // 0: automatic
     bool export_chosen = false;            // of the chosen object alone
+    std::string text = usual_text;         // of an object of letters that is added
     // Of the headset.
     bool carrying = false, standing = false;
     Side support = left, panel_side = left;

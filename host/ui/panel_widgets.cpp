@@ -296,7 +296,7 @@ void PanelWidgets::touch_choice(const ControlState& one)
 void PanelWidgets::text(const ControlState& one)
 {
     const Control control = one.id.control;
-    if (control != Control::rename) {  // a path: by a dialog
+    if (control != Control::rename && control != Control::add_text) {  // a path: by a dialog
         flow(ImGui::CalcTextSize(one.label.c_str()).x + 2 * ImGui::GetStyle().FramePadding.x);
         if (button(one.id, one.label.c_str(), false) && open_dialog) open_dialog(control);
         return tooltip(one);

@@ -128,7 +128,7 @@ std::pair<double, double> away(const SceneObject& o, Vec3<double> point)
     const Vec3<double> d = rotate(conjugate(o.pose.q), point - o.pose.p);
     if (made_of_splats(o)) return {std::max(0.0, length(d) - o.source.splats.size / 2), length(d)};
     const auto beyond = [](double x, double size) { return std::max(0.0, std::abs(x) - size / 2); };
-    const Vec3<double>& size = o.source.size;
+    const Vec3<double> size = own_extents(o);
     return {length(Vec3<double>{beyond(d.x, size.x), beyond(d.y, size.y), beyond(d.z, size.z)}),
             length(d)};
 }

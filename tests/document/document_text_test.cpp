@@ -114,6 +114,8 @@ Json good()
         SceneObject o;
         o.name = name, o.material = material_spec("clay"), o.pose.p = {0.5, 0.5, 0.5};
         o.source.shape = shape, o.source.size = {0.1, 0.1, 0.1};
+        if (shape == ShapeKind::torus) o.source.size.y = 0.04;
+        if (shape == ShapeKind::text) o.source.text = "a";
         if (shape == ShapeKind::splats) o.category = 7, o.source.splats = {"pot.ply"};
         if (shape == ShapeKind::splats) o.source.splats.size = 0.1;
         d = after(d, AddObject{o}, ids);
@@ -127,7 +129,7 @@ std::string refusal(const Json& document)
 
 TEST(DocumentText, WhatIsWrongIsSaidWithItsPlace)
 {
-    ASSERT_EQ(good()["objects"].size(), 4u);
+    ASSERT_EQ(good()["objects"].size(), shape_kinds.size());
     ASSERT_EQ(refusal(good()), "");
     const std::pair<const char*, Json> all[] = {
         {"/objects", nullptr},
@@ -185,8 +187,9 @@ TEST(DocumentText, WhatIsWrongIsSaidWithItsPlace)
     }
     Json deep = good();
     deep["objects"][3]["depth"] = 0.1, deep["objects"].push_back(deep["objects"][3]);
-    deep["objects"][4]["id"] = 5;
-    EXPECT_EQ(refusal(deep).find("a: /objects/4/depth"), 0u) << refusal(deep);
+    const std::size_t last = deep["objects"].size() - 1;
+    deep["objects"][last]["id"] = last + 1;
+    EXPECT_EQ(refusal(deep).find(fmt::format("a: /objects/{}/depth", last)), 0u) << refusal(deep);
 }
 
 // Whatever key of a document lacks but those that have a default in a scene's object.

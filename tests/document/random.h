@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "host/base/font_file.h"
 #include "host/document/command_table.h"
 #include "host/document/export_plan.h"
 #include "host/document/reduce.h"
@@ -144,6 +145,40 @@ inline Quat<double> random_rotation(Random& r)
     return unit_rotation({q.w / size, q.x / size, q.y / size, q.z / size});
 }
 
+// A shape of at most 0.2 m, whatever its proportions; a text may be wider.
+inline void random_shape(Random& r, ObjectSource& s)
+{
+    const double across = r.in(0.01, 0.2);
+    s.size = {across, r.in(0.01, 0.2), r.in(0.01, 0.2)};
+    const double least = std::min({s.size.x, s.size.y, s.size.z});
+    switch (s.shape) {
+        case ShapeKind::sphere:
+            s.size = {across, across, across};
+            break;
+        case ShapeKind::cylinder:
+        case ShapeKind::cone:
+            s.size.z = across;
+            break;
+        case ShapeKind::capsule:
+            s.size = {least, std::max(least, s.size.y), least};
+            break;
+        case ShapeKind::torus:
+            s.size = {across, across * r.in(0.01, 0.49), across};
+            break;
+        case ShapeKind::rounded_box:
+            s.rounding = r.one_in(4) ? least / 2 : least * r.in(0, 0.5);
+            break;
+        case ShapeKind::text:
+            s.size = {0, r.in(0.01, 0.1), r.in(0.01, 0.2)};
+            s.text = r.of(std::array{"a", "fl", "i\nj", "\xc3\xa4 ?"});
+            break;
+        case ShapeKind::box:
+        case ShapeKind::ellipsoid:
+        case ShapeKind::splats:
+            break;
+    }
+}
+
 inline SceneObject random_object(Random& r, const Drawing& by)
 {
     const auto wild = [&] { return r.below(400) < by.wild; };
@@ -153,10 +188,8 @@ inline SceneObject random_object(Random& r, const Drawing& by)
     o.source.shape = r.of(shape_kinds).second;
     if (o.source.shape == ShapeKind::splats && !(by.splats && r.one_in(4)))
         o.source.shape = ShapeKind::box;
-    const double across = r.in(0.01, 0.2);
-    o.source.size = {across, r.in(0.01, 0.2), r.in(0.01, 0.2)};
-    if (o.source.shape == ShapeKind::sphere) o.source.size = {across, across, across};
-    if (o.source.shape == ShapeKind::cylinder) o.source.size.z = across;
+    if (o.source.shape == ShapeKind::text && font_file().empty()) o.source.shape = ShapeKind::box;
+    random_shape(r, o.source);
     if (o.source.shape == ShapeKind::splats) {
         o.source.size = {};
         o.source.splats = {"/clay/pot.ply", r.of(up_axes).second, r.in(0.01, 1), r.in(-180, 180),
@@ -174,7 +207,9 @@ inline SceneObject random_object(Random& r, const Drawing& by)
     if (wild()) o.pose.p.y = wild_number(r, anywhere);
     if (wild()) o.pose.p.x = 50;
     if (wild()) o.pose.q.w = r.one_in(2) ? 2 : std::nan("");
-    if (wild()) o.source.size.x = r.one_in(2) ? 0 : std::nan("");
+    if (wild()) o.source.size.y = r.one_in(2) ? 0 : std::nan("");
+    if (wild()) o.source.rounding = r.one_in(2) ? 10 : std::nan("");
+    if (wild()) o.source.text = random_text(r);
     if (wild()) o.source.per_cell = r.one_in(2) ? 1 : 1e9;
     if (wild()) o.source.velocity.z = std::numeric_limits<double>::infinity();
     if (wild()) o.id = {0xffffffffu - unsigned(r.below(2))};

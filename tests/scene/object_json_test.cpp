@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
+#include "host/base/font_file.h"
 #include "host/scene/domain.h"
 #include "host/scene/names.h"
 #include "host/scene/presets.h"
@@ -92,8 +93,16 @@ Object drawn_object(Draw& draw)
     while (fault_of(o.stated));
     o.category = draw.below(256), o.per_cell = draw.in(2, 64);
     o.size = drawn_extent(draw);
+    if (o.shape == ShapeKind::text && font_file().empty()) o.shape = ShapeKind::box;
     if (o.shape == ShapeKind::sphere) o.size.y = o.size.x;
-    if (o.shape == ShapeKind::sphere || o.shape == ShapeKind::cylinder) o.size.z = o.size.x;
+    if (o.shape == ShapeKind::capsule) o.size.y = std::max(o.size.y, o.size.x);
+    if (o.shape == ShapeKind::torus) o.size.y = o.size.x * draw.in(0.01, 0.49);
+    const bool three = o.shape == ShapeKind::box || o.shape == ShapeKind::ellipsoid ||
+                       o.shape == ShapeKind::rounded_box;
+    if (!three) o.size.z = o.size.x;
+    if (o.shape == ShapeKind::rounded_box)
+        o.rounding = draw.in(0, 0.5) * std::min({o.size.x, o.size.y, o.size.z});
+    if (o.shape == ShapeKind::text) o.text = "Ton \xc3\xa4", o.size.x = 0;
     if (o.shape != ShapeKind::splats) return o;
     o.size = {};
     o.splats = {"folder/cup.ply", up_axes[std::size_t(draw.below(int(up_axes.size())))].second,
@@ -162,6 +171,9 @@ TEST(ObjectJson, ObjectsReadAgainAsTheyWereWritten)
         EXPECT_EQ(found.category, o.category);
         EXPECT_EQ(found.material.category, o.category);
         EXPECT_EQ(bits(found.per_cell), bits(o.per_cell));
+        EXPECT_EQ(bits(found.rounding), bits(o.rounding));
+        EXPECT_EQ(found.text, o.text);
+        EXPECT_EQ(found.letters != nullptr, o.shape == ShapeKind::text);
         EXPECT_EQ(found.splats.file, o.splats.file);
         EXPECT_EQ(found.splats.up, o.splats.up);
         EXPECT_EQ(bits(found.splats.size), bits(o.splats.size));

@@ -1,0 +1,56 @@
+// The shape of a text: its outline as distances.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "host/scene/glyphs.h"
+
+namespace knead {
+
+// Lengths in heights of a capital. The origin is the centre of the outline's box.
+class Letters {
+  public:
+    explicit Letters(const std::vector<std::vector<Point2>>& contours);
+
+    // Exact within a capital's height of the outline, elsewhere a lower bound; negative outside.
+    double depth(Point2 at) const;
+    double area() const { return area_; }
+    double width() const { return width_; }
+    double height() const { return height_; }
+
+  private:
+    // A part of the outline; the inside is on its left. The normals at its ends point outwards,
+    // and are those of both edges that meet there.
+    struct Edge {
+        Point2 a, b, along, normal_a, normal_b;  // along: of length 1
+        double length;
+    };
+    // A square: four smaller ones, or the edges that may be the nearest of a point in it, or a
+    // depth at its centre, if it is far from the outline.
+    struct Square {
+        int first = -1;  // of the four smaller ones; -1: none
+        int begin = 0, end = 0;
+        double depth = 0;
+    };
+    struct Nearest {
+        double squared, depth;
+    };
+    static Nearest nearest(const Edge& edge, Point2 at);
+    void divide(int square, Point2 centre, double half, const std::vector<int>& near);
+
+    std::vector<Edge> edges_;
+    std::vector<Square> squares_;
+    std::vector<int> near_;
+    double area_ = 0, width_ = 0, height_ = 0, half_ = 0;  // half_: of the largest square
+};
+
+// From the font of the system. The same object for equal texts, as long as it is in use or one of
+// the last ones. Null: `why`, what was found in place of a text that has an outline.
+struct MadeLetters {
+    std::shared_ptr<const Letters> letters;
+    std::string why;
+};
+MadeLetters letters_of(const std::string& text);
+
+}  // namespace knead

@@ -1,0 +1,35 @@
+// Shapes of objects: what is inside, how deep, how much it is.
+#pragma once
+#include <optional>
+#include <string>
+
+#include "cuda/math/box.h"
+#include "host/scene/scene.h"
+
+namespace knead {
+
+// Depth of x below an object's surface [m], negative outside: near the surface to first order,
+// elsewhere a lower bound. Always outside for shape `splats`, and for a text without letters.
+double depth(const Object& object, Vec3<double> x);
+bool inside(const Object& object, Vec3<double> x);
+
+// The smallest box along the axes that contains an object, rotated, its centre, and the lengths of
+// its edges [m]. Of shape `splats`: what is loaded, or nothing.
+Box3<double> box_of(const Object& object);
+Vec3<double> middle_of(const Object& object);
+Vec3<double> extents(const Object& object);
+double shape_volume(const Object& object);  // [m^3]
+
+// Sets Object::letters of a text; null if it has none.
+void add_letters(Object& object);
+
+constexpr double largest_extent = 1000;  // [m]
+
+// What is wrong with a shape, by the key of scenes that gives it.
+struct ShapeFault {
+    std::string key, expected, found;
+};
+// Of an object with letters. The first fault; empty: valid. Nothing of shape `splats` is checked.
+std::optional<ShapeFault> shape_fault(const Object& object);
+
+}  // namespace knead

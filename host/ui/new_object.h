@@ -1,0 +1,32 @@
+// Objects that the panel adds.
+#pragma once
+#include <array>
+#include <string>
+
+#include "host/live/live_session.h"
+
+namespace knead {
+
+// Shapes of the panel's list, in its order. An object is named after its shape.
+struct NewShape {
+    ShapeKind shape;
+    const char* name;
+};
+inline constexpr std::array<NewShape, 9> new_shapes{{{ShapeKind::sphere, "ball"},
+                                                     {ShapeKind::ellipsoid, "ellipsoid"},
+                                                     {ShapeKind::box, "box"},
+                                                     {ShapeKind::rounded_box, "rounded box"},
+                                                     {ShapeKind::cylinder, "cylinder"},
+                                                     {ShapeKind::cone, "cone"},
+                                                     {ShapeKind::capsule, "capsule"},
+                                                     {ShapeKind::torus, "torus"},
+                                                     {ShapeKind::text, "text"}}};
+inline constexpr const char* usual_text = "knead";
+
+// An object of a fifth of the shortest side between the walls, of this material. It is above the
+// highest clay in the middle, or, where there is no room for that, at the nearest of 5 x 5 places
+// that have it. `text`: of the shape `text`. Precondition: there is a document.
+SceneObject new_object(const LiveState& state, const NewShape& shape, const MaterialSpec& material,
+                       const std::string& text);
+
+}  // namespace knead
