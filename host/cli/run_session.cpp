@@ -39,7 +39,7 @@ Built built(const Scene& base, const DocumentPtr& document, std::size_t memory)
     auto numbers = std::make_shared<ObjectNumbers>();
     for (const auto& o : document->objects) {
         const int number = int(numbers->number.size());
-        numbers->number[o->id] = number;
+        numbers->number[o->id] = {number};
     }
     numbers->materials = scene.setup.materials;
     made.step.document = document, made.step.objects = std::move(numbers);

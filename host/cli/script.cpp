@@ -100,16 +100,19 @@ void RunScript::refuse(const std::string& place, const Command& command, const R
     loop->refuse(text);
 }
 
-// Commands of the document before the first frame change the scene itself.
+// Commands of the document before the first frame change the scene itself, up to the first one that
+// reads the clay.
 void RunScript::begin(Scene& scene)
 {
     std::vector<LogEntry> later;
     DocumentPtr now = first;
     Situation situation;
     situation.live = false;
+    bool clay = false;  // these commands have to wait for the clay
     for (LogEntry& entry : log) {
         const Command* command = std::get_if<Command>(&entry.done);
-        if (entry.frame > 0 || row_of(*command).receiver != Receiver::document) {
+        clay = clay || reads_clay(*command);
+        if (clay || entry.frame > 0 || row_of(*command).receiver != Receiver::document) {
             later.push_back(std::move(entry));
             continue;
         }
@@ -156,12 +159,12 @@ void RunScript::add_recorded(const Scene& scene, const Recording& of)
     hands = std::make_unique<RecordedHands>(of, scene.hands, scene.frame_rate);
 }
 
-int RunScript::simulated(ObjectId object) const
+std::vector<int> RunScript::simulated(ObjectId object) const
 {
     if (editor) return editor->simulated(object);
     const auto at =
         std::ranges::find_if(first->objects, [&](const auto& one) { return one->id == object; });
-    return int(at - first->objects.begin());
+    return {int(at - first->objects.begin())};
 }
 
 void RunScript::play(const Scene& scene, SceneSplats& splats, Simulator& solver,

@@ -43,8 +43,8 @@ class RunScript {
 
     const Document& document() const { return editor ? *editor->document() : *first; }
     std::size_t left() const { return replay ? replay->left() : 0; }  // commands not reached
-    // Number of the object in the simulator. Precondition: the document has the object.
-    int simulated(ObjectId object) const;
+    // Numbers of the object in the simulator. Precondition: the document has the object.
+    std::vector<int> simulated(ObjectId object) const;
 
   private:
     void begin(Scene& scene);

@@ -47,6 +47,36 @@ struct SetFlags {
     ObjectRef object;
     std::optional<bool> locked, hidden;
 };
+// Copies have the full state of their objects' clay, and its splats.
+struct CopyObjects {
+    std::vector<ObjectRef> objects;
+    Vec3<double> by{};               // [m]
+    std::vector<std::string> names;  // of the first copies; the others: "NAME copy"
+    std::vector<ObjectId> ids;       // of the copies; empty: new ones are given to them
+};
+// True rescale: size, volume and mass of the clay change, not the view of it.
+struct ScaleObjects {
+    std::vector<ObjectRef> objects;  // each about its own centre of mass
+    double factor = 1;
+};
+struct MergeObjects {
+    std::vector<ObjectRef> objects;   // the first stays, and has the clay of all
+    std::optional<std::string> name;  // absent: that of the first
+};
+struct SplitPlane {
+    Vec3<double> point{}, normal{};  // [m]; of any length
+};
+// Either by a plane, or by pieces that are not connected. The largest part keeps the number.
+struct SplitObject {
+    ObjectRef object;
+    std::optional<SplitPlane> plane;
+    std::optional<bool> pieces;
+    // Of the part before the plane, which its normal points into, and of the one behind it; of
+    // pieces, from the largest.
+    std::vector<std::string> names;
+    std::vector<ObjectId>
+        ids;  // of the parts in this order; empty: new ones, one of them is the object's
+};
 struct SetGravity {
     Vec3<double> gravity{};  // [m/s^2]
 };
@@ -113,10 +143,36 @@ struct Mark {
     std::string text;
 };
 
-using Command =
-    std::variant<AddObject, RemoveObjects, PlaceObject, SetMaterial, SetCategory, Rename, SetFlags,
-                 SetGravity, SetWalls, SetHands, SetSurface, SetLattice, Carry, Open, Save, Export,
-                 Undo, Redo, GoTo, Reset, Pause, Advance, Play, Mark>;
+using Command = std::variant<AddObject, RemoveObjects, PlaceObject, SetMaterial, SetCategory,
+                             Rename, SetFlags, CopyObjects, ScaleObjects, MergeObjects, SplitObject,
+                             SetGravity, SetWalls, SetHands, SetSurface, SetLattice, Carry, Open,
+                             Save, Export, Undo, Redo, GoTo, Reset, Pause, Advance, Play, Mark>;
+
+// Whether the clay of the scene decides what the command does: it is not made from the document,
+// and is more than the difference of two documents.
+inline bool reads_clay(const Command& command)
+{
+    return std::holds_alternative<CopyObjects>(command) ||
+           std::holds_alternative<ScaleObjects>(command) ||
+           std::holds_alternative<MergeObjects>(command) ||
+           std::holds_alternative<SplitObject>(command);
+}
+// Whether it gives numbers to new objects.
+inline bool adds_objects(const Command& command)
+{
+    return std::holds_alternative<AddObject>(command) ||
+           std::holds_alternative<CopyObjects>(command) ||
+           std::holds_alternative<SplitObject>(command);
+}
+
+// The numbers that it has given to objects, as it was applied.
+inline std::vector<ObjectId> new_ids(const Command& command)
+{
+    if (const AddObject* adds = std::get_if<AddObject>(&command)) return {adds->object.id};
+    if (const CopyObjects* copies = std::get_if<CopyObjects>(&command)) return copies->ids;
+    if (const SplitObject* splits = std::get_if<SplitObject>(&command)) return splits->ids;
+    return {};
+}
 
 enum class Origin { window, headset, script, replay };
 

@@ -21,6 +21,10 @@ constexpr std::array examples{
     R"({"frame":30,"set_category":{"object":"cap","category":1}})",
     R"({"frame":0,"rename":{"object":1,"name":"head"}})",
     R"({"frame":60,"set_flags":{"object":"cap","locked":true}})",
+    R"({"frame":60,"copy_objects":{"objects":["cap"],"by":[0.2,0,0],"names":["second cap"]}})",
+    R"({"frame":60,"scale_objects":{"objects":["cap"],"factor":1.5}})",
+    R"({"frame":60,"merge_objects":{"objects":["ball","cap"],"name":"acorn"}})",
+    R"({"frame":60,"split_object":{"object":"ball","plane":{"point":[0.5,0.3,0.5],"normal":[0,1,0]}}})",
     R"({"frame":60,"set_gravity":{"gravity":[0,-1.62,0]}})",
     R"({"frame":60,"set_walls":{"contact_mode":"separate","friction":0.6}})",
     R"({"frame":60,"set_hands":{"right":{"held":"rod"},"zoom":2.5}})",
@@ -49,6 +53,7 @@ std::string type_of(const Vec3<double>&) { return "[x, y, z]"; }
 std::string type_of(const Quat<double>&) { return "[w, x, y, z] of length 1"; }
 std::string type_of(const ObjectRef&) { return "number or name"; }
 std::string type_of(const std::vector<ObjectRef>&) { return "list of numbers or names"; }
+std::string type_of(const std::vector<ObjectId>&) { return "list of numbers, optional"; }
 std::string type_of(const MaterialSpec&) { return "text or {...}"; }
 std::string type_of(const SceneObject&) { return "{...}"; }
 std::string type_of(Side) { return "left or right"; }
@@ -95,6 +100,13 @@ struct Describe {
     {
         all.push_back({before + f.key, "{...}, optional", f.help});
         for_each_field(hand, Describe{all, before + f.key + "."});
+    }
+    template <class F>
+    void operator()(const F& f, const std::optional<SplitPlane>&) const
+    {
+        all.push_back({before + f.key, "{...}, optional", f.help});
+        const SplitPlane part;
+        for_each_field(part, Describe{all, before + f.key + "."});
     }
     template <class F, class T>
     void operator()(const F& f, const T& value) const

@@ -162,6 +162,80 @@ struct Row<SetFlags> {
                       "absent: unchanged")};
 };
 template <>
+struct Row<CopyObjects> {
+    static constexpr CommandRow row{"copy_objects",
+                                    "Copy",
+                                    "Copies objects with the full state of their clay and splats; "
+                                    "refused where other clay is in the way.",
+                                    Receiver::document,
+                                    UndoRule::step,
+                                    needs_edits};
+    static constexpr std::tuple fields{
+        command_field("objects", &CopyObjects::objects, "the objects, at least one"),
+        command_field("by", &CopyObjects::by, "from each object to its copy", anywhere),
+        command_field("names", &CopyObjects::names,
+                      "of the copies; those without one are named \"NAME copy\""),
+        command_field("ids", &CopyObjects::ids,
+                      "of a log: the numbers that were given to the copies")};
+};
+template <>
+struct Row<ScaleObjects> {
+    static constexpr CommandRow row{
+        "scale_objects",
+        "Scale",
+        "Changes the size of objects about their centres of mass, and their mass by the factor's "
+        "third power; clay that would be behind a wall is shifted, or the command refused.",
+        Receiver::document,
+        UndoRule::step,
+        needs_edits};
+    static constexpr std::tuple fields{
+        command_field("objects", &ScaleObjects::objects, "the objects, at least one"),
+        command_field("factor", &ScaleObjects::factor, "of lengths", {0.1, 10})};
+};
+template <>
+struct Row<MergeObjects> {
+    static constexpr CommandRow row{
+        "merge_objects",
+        "Merge",
+        "Makes one object of several; their clay, with its materials, stays as it is.",
+        Receiver::document,
+        UndoRule::step,
+        needs_edits};
+    static constexpr std::tuple fields{
+        command_field("objects", &MergeObjects::objects,
+                      "the objects, at least two; the first keeps its number and category"),
+        command_field("name", &MergeObjects::name, "new label; absent: that of the first")};
+};
+template <>
+struct Row<SplitPlane> {
+    static constexpr std::tuple fields{
+        command_field("point", &SplitPlane::point,
+                      "a point of it, in the frame of the scene's file", anywhere),
+        command_field("normal", &SplitPlane::normal, "of any length; points into the first part",
+                      {-1000, 1000})};
+};
+template <>
+struct Row<SplitObject> {
+    static constexpr CommandRow row{
+        "split_object",
+        "Split",
+        "Makes two objects of one by a plane, or one of each piece that is not connected to the "
+        "others; refused for parts of less than 64 particles.",
+        Receiver::document,
+        UndoRule::step,
+        needs_edits};
+    static constexpr std::tuple fields{
+        command_field("object", &SplitObject::object, "the object"),
+        command_field("plane", &SplitObject::plane, "the plane; either this or `pieces`"),
+        command_field("pieces", &SplitObject::pieces, "true: by pieces"),
+        command_field("names", &SplitObject::names,
+                      "of the part before the plane and the one behind it, or of pieces from the "
+                      "largest; without one the largest part keeps its name NAME, and others are "
+                      "named \"NAME 2\", \"NAME 3\""),
+        command_field("ids", &SplitObject::ids,
+                      "of a log: the numbers of the parts in this order")};
+};
+template <>
 struct Row<SetGravity> {
     static constexpr CommandRow row{"set_gravity",      "Gravity",       "Changes gravity.",
                                     Receiver::document, UndoRule::merge, needs_edits};

@@ -63,6 +63,20 @@ struct Writer {
         for (const ObjectRef& one : objects) to[f.key].push_back(reference_json(one));
     }
     template <class F>
+    void operator()(const F& f, const SplitPlane& plane) const
+    {
+        Json part = Json::object();
+        for_each_field(plane, Writer{part});
+        to[f.key] = std::move(part);
+    }
+    template <class F>
+    void operator()(const F& f, const std::vector<ObjectId>& ids) const
+    {
+        if (ids.empty()) return;
+        to[f.key] = Json::array();
+        for (const ObjectId id : ids) to[f.key].push_back(id.value);
+    }
+    template <class F>
     void operator()(const F& f, const MaterialSpec& m) const
     {
         to[f.key] = knead::json_of(m);
@@ -141,6 +155,26 @@ struct Reader {
     void operator()(const F& f, SetHand& hand) const
     {
         r.object(f.key, [&](ObjectReader& in) { for_each_field(hand, Reader{in, folder}); });
+    }
+    template <class F>
+    void operator()(const F& f, SplitPlane& plane) const
+    {
+        r.object(f.key, [&](ObjectReader& in) {
+            for_each_field(plane, [&](const auto& part, Vec3<double>& v) {
+                in.required(part.key, "[x, y, z]");
+                v = in.vector(part.key, part.range);
+            });
+        });
+    }
+    template <class F>
+    void operator()(const F& f, std::vector<ObjectId>& ids) const
+    {
+        if (!r.has(f.key)) return;
+        for (const Json& one : list(f.key, most_objects)) {
+            if (!one.is_number_unsigned() || one == 0 || one > highest_id)
+                r.fail(f.key, "a list of objects' numbers from 1", described(one));
+            ids.push_back({one.get<std::uint32_t>()});
+        }
     }
     template <class F>
     void operator()(const F& f, Vec3<double>& v) const

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "cuda/math/rotation.h"
 #include "host/document/command_table.h"
@@ -103,6 +104,14 @@ struct CheckRanges {
     {
         for_each_field(hand, *this);
     }
+    // Errors name the field of the command.
+    template <class F>
+    void operator()(const F& f, const SplitPlane& plane) const
+    {
+        for_each_field(plane, [&](const auto& part, const Vec3<double>& v) {
+            for (const double x : {v.x, v.y, v.z}) check_range(f.key, x, part.range);
+        });
+    }
     template <class F, class T>
     void operator()(const F&, const T&) const
     {
@@ -198,6 +207,99 @@ class Reduction {
         return replaced(o);
     }
 
+    DocumentPtr operator()(const CopyObjects& c)
+    {
+        check_list(c.objects);
+        check_names(c.names, c.objects.size());
+        const std::vector<ObjectId> numbers = new_numbers(c.ids, c.objects.size(), "objects");
+        Document next = d;
+        for (std::size_t i = 0; i < c.objects.size(); ++i) {
+            SceneObject o = object_in(d, c.objects[i], "objects");
+            check_whole(o, "objects");
+            o.id = numbers[i], o.locked = false;
+            o.name = i < c.names.size() ? c.names[i] : numbered(o.name, " copy");
+            o.pose.p = o.pose.p + c.by;
+            CheckRanges{}(command_field("by", &CopyObjects::by, "", anywhere), o.pose.p);
+            next.objects.push_back(std::make_shared<const SceneObject>(std::move(o)));
+        }
+        ids.use(numbers.back());
+        return done(std::move(next));
+    }
+
+    DocumentPtr operator()(const ScaleObjects& c)
+    {
+        check_list(c.objects);
+        Document next = d;
+        for (const ObjectRef& ref : c.objects) {
+            SceneObject o = changeable(ref, "objects");
+            check_whole(o, "objects");
+            if (c.factor == 1) continue;
+            double& splats = o.source.splats.size;
+            o.source.size = c.factor * o.source.size, splats = c.factor * splats;
+            if (std::max({o.source.size.x, o.source.size.y, o.source.size.z, splats}) > 1000)
+                refuse("factor", "expected an object of at most 1000 m");
+            replace_in(next, std::move(o));
+        }
+        return c.factor == 1 ? same : done(std::move(next));
+    }
+
+    DocumentPtr operator()(const MergeObjects& c)
+    {
+        check_list(c.objects);
+        if (c.objects.size() < 2) refuse("objects", "expected at least two objects, found one");
+        SceneObject first = changeable(c.objects[0], "objects");
+        if (c.name) first.name = *c.name;
+        if (first.name.empty()) refuse("name", "expected a name");
+        const auto splats = [](const SceneObject& o) {
+            return o.source.shape == ShapeKind::splats;
+        };
+        Document next = d;
+        for (const ObjectRef& ref : c.objects) {
+            const SceneObject& o = changeable(ref, "objects");
+            check_whole(o, "objects");
+            if (splats(o) != splats(first) || (splats(o) && o.category != first.category))
+                refuse("objects", "an object of splats merges with those of its category only");
+            if (o.id != first.id)
+                std::erase_if(next.objects, [&](const auto& one) { return one->id == o.id; });
+        }
+        replace_in(next, std::move(first));
+        return done(std::move(next));
+    }
+
+    // The clay decides which part is larger and how many pieces there are: without numbers of the
+    // parts, as if the first of two were the larger.
+    DocumentPtr operator()(const SplitObject& c)
+    {
+        const SceneObject whole = changeable(c.object);
+        check_whole(whole, "object");
+        if (c.plane.has_value() == c.pieces.value_or(false))
+            refuse(c.plane ? "pieces" : "plane", "expected either a plane or pieces: true");
+        if (c.plane && !(length(c.plane->normal) > 1e-6))
+            refuse("plane", "expected a normal longer than 0");
+        const std::size_t parts = c.ids.empty() ? 2 : c.ids.size();
+        if (parts < 2 || (c.plane && parts > 2)) refuse("ids", "expected the number of each part");
+        const bool open = c.pieces && c.ids.empty();
+        check_names(c.names, open ? std::size_t(most_objects) : parts);
+        std::vector<ObjectId> others = c.ids;
+        if (!others.empty() && std::erase(others, whole.id) != 1)
+            refuse("ids", fmt::format("expected {} once", whole.id.value));
+        others = new_numbers(others, parts - 1, "object");
+        Document next = d;
+        for (std::size_t i = 0, other = 0; i < parts; ++i) {
+            SceneObject o = whole;
+            const bool keeps = c.ids.empty() ? i == 0 : c.ids[i] == whole.id;
+            if (!keeps) o.name = numbered(whole.name, fmt::format(" {}", other + 2));
+            if (!keeps) o.id = others[other++];
+            if (i < c.names.size()) o.name = c.names[i];
+            if (keeps)
+                replace_in(next, std::move(o));
+            else
+                next.objects.push_back(std::make_shared<const SceneObject>(std::move(o)));
+        }
+        ids.use(others.back());
+        return done(std::move(next));
+    }
+
     DocumentPtr operator()(const SetGravity& c)
     {
         SceneSettings s = *d.scene;
@@ -290,6 +392,70 @@ class Reduction {
         const SceneObject& o = object_in(d, ref, field);
         if (o.locked) refuse(field, "\"" + o.name.substr(0, 60) + "\" is locked");
         return o;
+    }
+
+    static void replace_in(Document& next, SceneObject by)
+    {
+        for (auto& o : next.objects)
+            if (o->id == by.id && !equal(*o, by))
+                return (void)(o = std::make_shared<const SceneObject>(std::move(by)));
+    }
+
+    // At least one object, each once.
+    void check_list(const std::vector<ObjectRef>& objects) const
+    {
+        if (objects.empty()) refuse("objects", "expected at least one object");
+        std::set<ObjectId> seen;
+        for (const ObjectRef& ref : objects)
+            if (const ObjectId id = object_in(d, ref, "objects").id; !seen.insert(id).second)
+                refuse("objects", fmt::format("object {} is named twice", id.value));
+    }
+
+    void check_names(const std::vector<std::string>& names, std::size_t most) const
+    {
+        if (names.size() > most)
+            refuse("names", fmt::format("expected at most {} names, found {}", most, names.size()));
+        for (const std::string& name : names) {
+            if (name.empty()) refuse("names", "expected a name");
+            CheckRanges{}(command_field("names", &Rename::name, ""), name);
+        }
+    }
+    // A name that is derived from another, of at most 1000 bytes.
+    static std::string numbered(const std::string& name, const std::string& with)
+    {
+        return name.size() + with.size() > 1000 ? name : name + with;
+    }
+
+    // Most of the clay of a local object has no particles.
+    static void check_whole(const SceneObject& o, const char* field)
+    {
+        if (o.source.shape == ShapeKind::splats && o.source.splats.depth > 0)
+            refuse(field, "\"" + o.name.substr(0, 60) + "\" is simulated near hands only");
+    }
+
+    // Numbers of so many new objects: as given, of a log; else the next ones, which the caller has
+    // to mark as used. `field`: of the objects.
+    std::vector<ObjectId> new_numbers(std::vector<ObjectId> given, std::size_t count,
+                                      const char* field) const
+    {
+        if (d.objects.size() + count > std::size_t(most_objects))
+            refuse(field, fmt::format("a scene has at most {} objects", most_objects));
+        if (given.empty()) {
+            if (count > highest_id - ids.most()) refuse(field, "all numbers have been used");
+            IdSource next = ids;
+            while (given.size() < count) given.push_back(next.next());
+        }
+        if (given.size() != count)
+            refuse("ids", fmt::format("expected {} numbers, found {}", count, given.size()));
+        std::uint32_t last = ids.most();
+        for (const ObjectId id : given) {
+            if (id.value <= last)
+                refuse("ids", fmt::format("the number {} has been used", id.value));
+            if (id.value > highest_id)
+                refuse("ids", fmt::format("expected a number of at most {}", highest_id));
+            last = id.value;
+        }
+        return given;
     }
 
     DocumentPtr replaced(const SceneObject& by) const

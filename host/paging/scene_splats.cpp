@@ -62,6 +62,18 @@ void SceneSplats::add_object(int number, const SplatObject& object, EditableSimu
     carried.set_state(std::move(all));
 }
 
+void SceneSplats::replace(const std::vector<Gaussian<double>>& gaussians, CarriedSplats all,
+                          EditableSimulator& solver)
+{
+    if (local()) throw std::invalid_argument("a scene with local clay takes no other splats");
+    if (all.count() != gaussians.size())
+        throw std::invalid_argument("expected one Gaussian for each splat");
+    const std::size_t before = carried.cloud().count();
+    solver.set_gaussians(gaussians);
+    if (all.count() > before) carried.raise_capacity(all.count() - before);
+    carried.set_state(std::move(all));
+}
+
 void SceneSplats::remove_objects(std::span<const int> numbers, EditableSimulator& solver)
 {
     SomeGaussians gone;

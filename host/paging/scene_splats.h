@@ -64,6 +64,11 @@ class SceneSplats {
     // Precondition: the object is not local. Throws as EditableSimulator::attach; then nothing has
     // changed.
     void add_object(int number, const SplatObject& object, EditableSimulator& solver);
+    // Replaces all splats that follow clay, and the solver's Gaussians: one for each, in this
+    // order. Precondition: no local clay. Throws as EditableSimulator::set_gaussians; then nothing
+    // has changed.
+    void replace(const std::vector<Gaussian<double>>& gaussians, CarriedSplats all,
+                 EditableSimulator& solver);
     // Removes objects with their splats. Precondition: none of them is local clay.
     void remove_objects(std::span<const int> numbers, EditableSimulator& solver);
     // Sets the material and the category of an object, in the solver too, softened by the scene's

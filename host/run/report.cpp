@@ -320,7 +320,7 @@ std::vector<std::string> left_out_of(const RunRecord& record, const RunInfo& fac
 }  // namespace
 
 std::vector<ObjectFacts> object_facts(const Document& document,
-                                      const std::function<int(ObjectId)>& simulated,
+                                      const std::function<std::vector<int>(ObjectId)>& simulated,
                                       const std::vector<Particle<double>>& particles,
                                       const std::vector<Material<double>>& materials)
 {
@@ -329,7 +329,7 @@ std::vector<ObjectFacts> object_facts(const Document& document,
     std::optional<std::size_t> paged;
     for (const auto& o : document.objects) {
         if (o->source.splats.depth > 0) paged = all.size();
-        of_number[simulated(o->id)] = all.size();
+        for (const int number : simulated(o->id)) of_number[number] = all.size();
         all.push_back({o->id, o->name, o->category});
     }
     for (const Particle<double>& p : particles) {

@@ -48,7 +48,7 @@ nlohmann::json report(const Scene& scene, const RunRecord& record, const RunInfo
 // `particles` in the scene file's frame; `materials` by the simulator's objects, whose numbers
 // `simulated` gives. Paged clay belongs to the one object that is paged.
 std::vector<ObjectFacts> object_facts(const Document& document,
-                                      const std::function<int(ObjectId)>& simulated,
+                                      const std::function<std::vector<int>(ObjectId)>& simulated,
                                       const std::vector<Particle<double>>& particles,
                                       const std::vector<Material<double>>& materials);
 // Objects that are simulated softer than given, each with its text; [] for none.

@@ -21,7 +21,8 @@ namespace knead {
 
 // What the editor knows of the objects in the simulator.
 struct ObjectNumbers {
-    std::map<ObjectId, int> number;           // in the simulator
+    // In the simulator; several of an object that was merged of others.
+    std::map<ObjectId, std::vector<int>> number;
     std::vector<Material<double>> materials;  // by number; of a removed object: all zero
 };
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <new>
 #include <stdexcept>
-#include <unordered_map>
 
 #include "host/base/errors.h"
 #include "host/base/machine.h"
@@ -49,40 +48,10 @@ RigidMotion<double> between_poses(const RigidMotion<double>& from, const RigidMo
     return {turn, to.p - rotate(turn, from.p)};
 }
 
-// Removes points nearer to `there` than `distance` [m]: clay belongs to the object that came first.
-class Near {
-  public:
-    Near(const std::vector<Vec3<double>>& there, double distance) : edge(distance)
-    {
-        for (const Vec3<double>& x : there) cells[key(cell(x))].push_back(x);
-    }
-    bool taken(Vec3<double> x) const
-    {
-        const Int3 c = cell(x);
-        for (int k = -1; k <= 1; ++k)
-            for (int j = -1; j <= 1; ++j)
-                for (int i = -1; i <= 1; ++i) {
-                    const auto found = cells.find(key(c + Int3{i, j, k}));
-                    if (found == cells.end()) continue;
-                    for (const Vec3<double>& y : found->second)
-                        if (length(x - y) < edge) return true;
-                }
-        return false;
-    }
-
-  private:
-    Int3 cell(Vec3<double> x) const
-    {
-        return {int(std::floor(x.x / edge)), int(std::floor(x.y / edge)),
-                int(std::floor(x.z / edge))};
-    }
-    static std::int64_t key(Int3 c) { return (std::int64_t(c.x) * 2097152 + c.y) * 2097152 + c.z; }
-    double edge;
-    std::unordered_map<std::int64_t, std::vector<Vec3<double>>> cells;
-};
-
 // Number of edits of the simulator that make the one from the other, at least; without gravity.
-int changes(const Document& from, const Document& to)
+// `numbers`: of the objects in the simulator.
+int changes(const Document& from, const Document& to,
+            const std::map<ObjectId, std::vector<int>>& numbers)
 {
     int count = 0, gone = 0, added = 0;
     for (const auto& o : from.objects) gone += to.find(o->id) == nullptr;
@@ -91,8 +60,10 @@ int changes(const Document& from, const Document& to)
         // Splats are attached after their clay is added.
         if (!before) added += o->source.shape == ShapeKind::splats ? 2 : 1;
         if (!before || before == o.get()) continue;
-        count += !same(before->pose.p, o->pose.p) || !same(before->pose.q, o->pose.q);
-        count += before->category != o->category || !equal(before->material, o->material);
+        const int parts = int(numbers.at(o->id).size());
+        if (!same(before->pose.p, o->pose.p) || !same(before->pose.q, o->pose.q)) count += parts;
+        if (before->category != o->category || !equal(before->material, o->material))
+            count += parts;
     }
     count += !same(from.scene->walls, to.scene->walls);
     count += !equal(*from.hands, *to.hands);
@@ -147,7 +118,7 @@ void leave_room(PreparedObject& clay, const std::vector<Vec3<double>>& there)
 {
     clay.fitted = true;
     if (there.empty()) return;
-    const Near near(there, 0.75 * std::cbrt(clay.material.volume));
+    const NearPlaces near(there, 0.75 * std::cbrt(clay.material.volume));
     std::erase_if(clay.particles, [&](const Particle<double>& p) { return near.taken(p.x); });
     if (clay.particles.empty()) throw std::invalid_argument("other clay fills the object's place");
 }
@@ -157,7 +128,7 @@ SceneEditor::SceneEditor(Parts with, DocumentPtr document, IdSource& source)
 {
     int number = 0;
     for (const auto& o : now->objects) {
-        objects[o->id] = number++;
+        objects[o->id] = {number++};
         ids.use(o->id);
     }
 }
@@ -179,6 +150,7 @@ Situation SceneEditor::situation(bool live) const
 
 CommandAnswer SceneEditor::apply(const Command& command, PreparedObject* ready)
 {
+    if (reads_clay(command)) return reshape(command);
     auto result = reduce(now, command, ids);
     if (Refusal* refused = std::get_if<Refusal>(&result)) return {std::move(*refused), {}};
     const DocumentPtr& to = std::get<DocumentPtr>(result);
@@ -209,9 +181,13 @@ std::optional<Refusal> SceneEditor::move(ObjectId object, const RigidMotion<doub
     if (!parts.simulator) return Refusal{needs_edits(situation(false)), "object"};
     if (local(object))
         return Refusal{"its clay is simulated near hands only: it cannot be moved", "object"};
+    const std::vector<int>& numbers = objects.at(object);
+    const std::shared_ptr<const Snapshot> start =
+        numbers.size() > 1 ? parts.simulator->snapshot() : nullptr;
     try {
-        parts.simulator->move(objects.at(object), motion);
+        for (const int number : numbers) parts.simulator->move(number, motion);
     } catch (const std::exception& e) {
+        if (start) parts.simulator->restore(*start);
         return Refusal{e.what(), "object"};
     }
     Document next = *now;
@@ -396,7 +372,7 @@ void SceneEditor::after_frame(const FrameResult& frame)
 void SceneEditor::check(const Document& to) const
 {
     const bool falls = !equal(now->scene->gravity, to.scene->gravity);
-    if (!parts.simulator && (falls || changes(*now, to) > 0))
+    if (!parts.simulator && (falls || changes(*now, to, objects) > 0))
         throw std::invalid_argument(needs_edits(situation(false)));
     for (const auto& o : to.objects) {
         const SceneObject* before = now->find(o->id);
@@ -443,9 +419,10 @@ void SceneEditor::synchronise(const DocumentPtr& to, PreparedObject* ready)
     const bool drops = !equal(gravity_of(*now), gravity_of(*to));  // what is carried may be removed
     const bool surface = now->scene->surface_nodes != to->scene->surface_nodes;
     const std::shared_ptr<const Snapshot> before =
-        parts.simulator && changes(*now, *to) + drops + surface > 1 ? parts.simulator->snapshot()
-                                                                    : nullptr;
-    const std::map<ObjectId, int> objects_before = objects;
+        parts.simulator && changes(*now, *to, objects) + drops + surface > 1
+            ? parts.simulator->snapshot()
+            : nullptr;
+    const std::map<ObjectId, std::vector<int>> objects_before = objects;
     try {
         make(*to, added);
     } catch (...) {
@@ -465,25 +442,40 @@ void SceneEditor::make(const Document& to, NewClay& added)
     bool clay = false;
     std::vector<int> gone;
     for (const auto& o : now->objects)
-        if (!to.find(o->id)) gone.push_back(objects.at(o->id)), objects.erase(o->id);
+        if (!to.find(o->id)) {
+            const std::vector<int>& numbers = objects.at(o->id);
+            gone.insert(gone.end(), numbers.begin(), numbers.end()), objects.erase(o->id);
+        }
     if (!gone.empty()) parts.splats.remove_objects(gone, *s), clay = true;
     for (auto& [id, one] : added) {
         if (!one.fitted) leave_room(one, s->places(surroundings(one)));
-        objects[id] = s->add(one.material, one.particles), clay = true;
-        if (one.splats) parts.splats.add_object(objects[id], *one.splats, *s);
+        const int number = s->add(one.material, one.particles);
+        objects[id] = {number}, clay = true;
+        if (one.splats) parts.splats.add_object(number, *one.splats, *s);
     }
     for (const auto& o : to.objects) {
         const SceneObject* before = now->find(o->id);
         if (!before || before == o.get()) continue;
-        const int number = objects.at(o->id);
-        if (!same(before->pose.p, o->pose.p) || !same(before->pose.q, o->pose.q))
-            s->move(number, between_poses(in_simulation(before->pose), in_simulation(o->pose))),
-                clay = true;
-        if (before->category != o->category || !equal(before->material, o->material)) {
-            Material<double> material = made(o->material);
-            material.category = o->category;
-            parts.splats.set_material(number, material, *s);
+        const std::vector<int>& numbers = objects.at(o->id);
+        if (!same(before->pose.p, o->pose.p) || !same(before->pose.q, o->pose.q)) {
+            const RigidMotion<double> motion =
+                between_poses(in_simulation(before->pose), in_simulation(o->pose));
+            for (const int number : numbers) s->move(number, motion);
             clay = true;
+        }
+        const bool other = !equal(before->material, o->material);
+        if (before->category == o->category && !other) continue;
+        clay = true;
+        for (const int number : numbers) {
+            // Parts of a merged object have materials of their own, until it gets another one.
+            const bool keeps = numbers.size() > 1 && !other;
+            Material<double> material =
+                keeps ? s->config().materials.at(std::size_t(number)) : made(o->material);
+            material.category = o->category;
+            if (keeps)
+                s->set_material(number, material);
+            else
+                parts.splats.set_material(number, material, *s);
         }
     }
     const SceneSettings &was = *now->scene, &is = *to.scene;

@@ -13,6 +13,7 @@
 #include "host/paging/scene_splats.h"
 #include "host/session/history.h"
 #include "host/session/loop.h"
+#include "host/session/object_verbs.h"
 #include "host/session/stored_state.h"
 
 namespace knead {
@@ -86,9 +87,9 @@ class SceneEditor {
     // SceneHistory::situation().
     Situation situation(bool live) const;
     bool carries() const { return !carried.empty(); }
-    // Number of the object in the simulator; of local clay, that of its own object, not of its
-    // cubes. Precondition: the document has the object.
-    int simulated(ObjectId object) const { return objects.at(object); }
+    // Numbers of the object in the simulator, several if it was merged; of local clay, that of its
+    // own object, not of its cubes. Precondition: the document has the object.
+    const std::vector<int>& simulated(ObjectId object) const { return objects.at(object); }
     long edits() const { return count; }            // so far
     long clay_edits() const { return clay_count; }  // that moved, added or removed clay
 
@@ -100,7 +101,43 @@ class SceneEditor {
         std::optional<Joint<double>> palm, seen;
     };
 
+    // What a command that reads_clay() does to the simulator.
+    struct ClayEdit {
+        struct NewPart {
+            ObjectId object;
+            PartClay clay;
+        };
+        // A Gaussian after the edit, `scale` times as large as the splat of the Gaussian `from`
+        // before it. `part`: index into `added`, of its object; negative: its object stays.
+        struct NewGaussian {
+            Gaussian<double> gaussian;
+            std::size_t from = 0;
+            int part = -1;
+            double scale = 1;
+        };
+        std::vector<int> gone;
+        std::vector<NewPart> added;
+        std::vector<std::pair<int, Material<double>>> materials;  // to be set
+        std::map<ObjectId, std::vector<int>> objects;             // without those of `added`
+        Vec3<double> gravity{};
+        bool splats = false;                 // they change
+        std::vector<NewGaussian> gaussians;  // all, if they do
+    };
+
     std::optional<Refusal> carry(const Carry& command);
+    CommandAnswer reshape(const Command& command);
+    ClayEdit unchanged(const SnapshotData& all) const;
+    ClayEdit edit_of(CopyObjects& command) const;
+    ClayEdit edit_of(ScaleObjects& command) const;
+    ClayEdit edit_of(MergeObjects& command) const;
+    ClayEdit edit_of(SplitObject& command) const;
+    void make(ClayEdit edit);
+    void replace_splats(const ClayEdit& edit, const std::vector<int>& numbers,
+                        const CarriedSplats& before);
+    std::vector<PartClay> clay_of(const SnapshotData& all, const std::vector<int>& numbers) const;
+    void check_place(const std::vector<PartClay>& clay, const char* field) const;
+    void check_free(const std::vector<PartClay>& clay, const std::vector<Particle<double>>& there,
+                    const char* field) const;
     using NewClay = std::map<ObjectId, PreparedObject>;
     NewClay new_clay(const Document& to, PreparedObject* ready) const;
     void check(const Document& to) const;
@@ -115,7 +152,7 @@ class SceneEditor {
     DocumentPtr now;
     const DocumentPtr first;
     IdSource& ids;
-    std::map<ObjectId, int> objects;  // of the simulator
+    std::map<ObjectId, std::vector<int>> objects;  // of the simulator
     std::vector<Carried> carried;
     bool shaped = false;  // hands have pressed clay
     long count = 0, clay_count = 0;

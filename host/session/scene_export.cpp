@@ -25,8 +25,8 @@ SplatCloud of_objects(const SplatCloud& cloud, const std::vector<Gaussian<double
         if (o->source.splats.depth > 0) {
             local = local || is_chosen;
         } else if (number != scene.numbers.end()) {
-            known.insert(number->second);
-            if (is_chosen) chosen.insert(number->second);
+            known.insert(number->second.begin(), number->second.end());
+            if (is_chosen) chosen.insert(number->second.begin(), number->second.end());
         }
     }
     std::vector<std::uint32_t> indices;

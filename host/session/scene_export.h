@@ -16,8 +16,8 @@ namespace knead {
 // once, by write_export().
 struct ShownScene {
     DocumentPtr document;
-    Vec3<double> origin{};            // Scene::origin [m]
-    std::map<ObjectId, int> numbers;  // of the objects in the simulator
+    Vec3<double> origin{};                         // Scene::origin [m]
+    std::map<ObjectId, std::vector<int>> numbers;  // of the objects in the simulator
     std::function<Meshes()> surface;
     std::shared_ptr<const SplatCloud> splats;  // SceneSplats::drawn(); null: there are none
     std::function<std::vector<Gaussian<double>>()> gaussians;  // of the first of them; null: none

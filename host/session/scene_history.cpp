@@ -206,6 +206,8 @@ CommandAnswer SceneHistory::apply(const Issued& issued, PreparedObject* ready)
     Issued applied = issued;
     applied.command = answer.applied;
     emit(CommandEvent{applied});
+    // Splats have other places in their list, or other sizes.
+    if (reads_clay(command)) last_splats.reset();
     if (!steps || document() == before) return answer;
     if (!merging) begin(row.label);
     parts.past.update(document(), std::make_shared<const ObjectNumbers>(parts.editor.numbers()));

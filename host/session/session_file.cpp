@@ -437,8 +437,8 @@ void SessionFile::follow_events(const std::set<StepId>& stored, const ChunkHead*
         if (const StepBegun* begun = std::get_if<StepBegun>(&event))
             most_step_id = std::max(most_step_id, begun->id);
         if (const CommandEvent* command = std::get_if<CommandEvent>(&event))
-            if (const AddObject* adds = std::get_if<AddObject>(&command->issued.command))
-                most_object_id = std::max(most_object_id, adds->object.id.value);
+            for (const ObjectId id : new_ids(command->issued.command))
+                most_object_id = std::max(most_object_id, id.value);
     };
     for (const ChunkHead& head : file.chunks()) {
         since_saved = since_saved || &head == last_saved;

@@ -245,8 +245,11 @@ StoredState state_from(const std::string& bytes, const std::string& file)
 Json json_of(const ObjectNumbers& numbers)
 {
     Json objects = Json::array(), materials = Json::array();
-    for (const auto& [id, number] : numbers.number)
-        objects.push_back(Json::array({id.value, number}));
+    for (const auto& [id, all] : numbers.number) {
+        Json one = Json::array({id.value});
+        for (const int number : all) one.push_back(number);
+        objects.push_back(std::move(one));
+    }
     for (const Constants& m : numbers.materials) {
         Json constants;  // of a removed object: null
         if (!removed(m)) each_constant(m, ConstantWriter{constants});
@@ -278,13 +281,16 @@ ObjectNumbers numbers_in(const Json& value, const std::string& file)
             const auto in = [&](std::size_t i, std::uint64_t low, std::uint64_t end) {
                 return one[i].is_number_integer() && one[i] >= low && one[i] < end;
             };
-            const bool known = one.is_array() && one.size() == 2 &&
-                               in(0, 1, std::uint64_t(highest_id) + 1) &&
-                               in(1, 0, numbers.materials.size());
-            if (!known || !seen.insert(one[1].get<int>()).second ||
-                !numbers.number.emplace(ObjectId{one[0].get<std::uint32_t>()}, one[1].get<int>())
-                     .second)
-                r.fail("objects", "pairs of an object and its number, each once", described(one));
+            bool known =
+                one.is_array() && one.size() >= 2 && in(0, 1, std::uint64_t(highest_id) + 1);
+            std::vector<int> all;
+            for (std::size_t i = 1; known && i < one.size(); ++i) {
+                known = in(i, 0, numbers.materials.size()) && seen.insert(one[i].get<int>()).second;
+                if (known) all.push_back(one[i].get<int>());
+            }
+            if (!known ||
+                !numbers.number.emplace(ObjectId{one[0].get<std::uint32_t>()}, all).second)
+                r.fail("objects", "an object and its numbers, each once", described(one));
         }
     });
     return numbers;

@@ -167,7 +167,7 @@ void PanelController::send(Command command, LiveSession& session, unsigned drag)
         IdSource ids;  // unused: an added object appears once the session has numbered it
         const auto next = reduce(ui.document, command, ids);
         if (const DocumentPtr* to = std::get_if<DocumentPtr>(&next))
-            if (!std::holds_alternative<AddObject>(command)) ui.document = *to;
+            if (!adds_objects(command)) ui.document = *to;
     }
     if (const Open* open = std::get_if<Open>(&command)) opens_ = open->file;
     const long serial = session.send(std::move(command), ui.origin(), drag);

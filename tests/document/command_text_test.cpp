@@ -37,6 +37,7 @@ struct Same {
     static bool of(const SceneObject& a, const SceneObject& b) { return equal(a, b); }
     static bool of(const ObjectRef& a, const ObjectRef& b) { return a.by == b.by; }
     static bool of(const SetHand& a, const SetHand& b) { return members(a, b); }
+    static bool of(const SplitPlane& a, const SplitPlane& b) { return members(a, b); }
     template <class T>
     static bool of(const std::optional<T>& a, const std::optional<T>& b)
     {

@@ -291,6 +291,18 @@ struct RandomFields {
         for (int n = r.below(4); n > 0; --n) texts.push_back(by.text ? random_text(r) : "seed=3");
     }
     template <class F>
+    void operator()(const F&, std::vector<ObjectId>& ids) const
+    {
+        ids.clear();
+        if (!r.one_in(8)) return;
+        for (int n = 1 + r.below(3); n > 0; --n) ids.push_back({std::uint32_t(1 + r.below(300))});
+    }
+    template <class F>
+    void operator()(const F&, SplitPlane& plane) const
+    {
+        for_each_field(plane, *this);
+    }
+    template <class F>
     void operator()(const F&, ObjectRef& object) const
     {
         const auto& all = by.document->objects;

@@ -114,13 +114,13 @@ TEST(Reduce, RandomCommandsKeepDocumentsValidAndRefusalsChangeNothing)
         if (now == before) continue;
         ASSERT_EQ(fault_in(*now, ids, *before), "") << i << ": " << text_of(command);
         most = std::max(most, now->objects.size());
-        if (std::holds_alternative<AddObject>(command)) {
+        if (adds_objects(command)) {
             const std::uint32_t id = now->objects.back()->id.value;
             ASSERT_GT(id, used) << i;
             ASSERT_TRUE(born.insert(id).second) << i << ": " << id << " again";
         }
-        // The same command again changes nothing, or is refused.
-        if (i % 16 == 0 && !std::holds_alternative<AddObject>(command)) {
+        // The same command again changes nothing, or is refused; but those that act again.
+        if (i % 16 == 0 && !adds_objects(command) && !reads_clay(command)) {
             IdSource copy = ids;
             const auto again = reduce(now, command, copy);
             if (const DocumentPtr* same = std::get_if<DocumentPtr>(&again)) {
@@ -147,27 +147,23 @@ TEST(Reduce, RandomCommandsKeepDocumentsValidAndRefusalsChangeNothing)
         const bool never = std::ranges::count(unconditional, std::string_view(row.name)) > 0;
         EXPECT_EQ(counted[row.name].refused == 0, never) << row.name;
     }
-    for (const char* field : {"add_object/object",
-                              "remove_objects/objects",
-                              "place_object/object",
-                              "place_object/centre",
-                              "place_object/rotation",
-                              "set_material/material",
-                              "set_category/category",
-                              "rename/name",
-                              "set_flags/object",
-                              "set_gravity/gravity",
-                              "set_walls/min",
-                              "set_walls/max",
-                              "set_walls/friction",
-                              "set_hands/zoom",
-                              "set_hands/at",
-                              "set_surface/nodes",
-                              "set_lattice/cells",
-                              "carry/objects",
-                              "open/cells",
-                              "export/file",
-                              "export/objects",
+    for (const char* field : {"add_object/object",     "remove_objects/objects",
+                              "place_object/object",   "place_object/centre",
+                              "place_object/rotation", "set_material/material",
+                              "set_category/category", "rename/name",
+                              "set_flags/object",      "copy_objects/objects",
+                              "copy_objects/by",       "copy_objects/names",
+                              "copy_objects/ids",      "scale_objects/objects",
+                              "scale_objects/factor",  "merge_objects/objects",
+                              "merge_objects/name",    "split_object/object",
+                              "split_object/plane",    "split_object/pieces",
+                              "split_object/names",    "split_object/ids",
+                              "set_gravity/gravity",   "set_walls/min",
+                              "set_walls/max",         "set_walls/friction",
+                              "set_hands/zoom",        "set_hands/at",
+                              "set_surface/nodes",     "set_lattice/cells",
+                              "carry/objects",         "open/cells",
+                              "export/file",           "export/objects",
                               "advance/frames"})
         EXPECT_TRUE(fields.contains(field)) << field << " was never refused";
 }
@@ -491,6 +487,100 @@ TEST_F(Refusals, OfSettings)
     for (const Command& command : {Command(Reset{}), Command(Pause{true}), Command(Play{true}),
                                    Command(Mark{"x"}), Command(SetLattice{8})})
         EXPECT_EQ(taken(command), d);
+}
+
+TEST_F(Refusals, OfCopies)
+{
+    const Vec3<double> by{0.2, 0, 0};
+    refused(CopyObjects{{}, by, {}, {}}, "objects", "at least one");
+    refused(CopyObjects{{ObjectRef("pot")}, by, {}, {}}, "objects", "near hands only");
+    refused(CopyObjects{{ObjectRef("ball"), ObjectId{1}}, by, {}, {}}, "objects", "named twice");
+    refused(CopyObjects{{ObjectRef("ball")}, {1001, 0, 0}, {}, {}}, "by", "found 1001");
+    refused(CopyObjects{{ObjectRef("ball")}, {999.9, 0, 0}, {}, {}}, "by", "1000");
+    refused(CopyObjects{{ObjectRef("ball")}, by, {"a", "b"}, {}}, "names", "at most 1 names");
+    refused(CopyObjects{{ObjectRef("ball")}, by, {""}, {}}, "names", "expected a name");
+    refused(CopyObjects{{ObjectRef("ball")}, by, {}, {{5}}}, "ids", "5 has been used");
+    refused(CopyObjects{{ObjectRef("ball")}, by, {}, {{8}, {9}}}, "ids", "expected 1");
+    refused(CopyObjects{{ObjectRef("ball"), ObjectRef("block")}, by, {}, {{9}, {8}}}, "ids", "8");
+    // A locked object may be copied; the copy is not locked.
+    d = taken(CopyObjects{{ObjectRef("ball"), ObjectRef("block")}, by, {"second"}, {}});
+    EXPECT_EQ(d->find({6})->name, "second");
+    EXPECT_EQ(d->find({7})->name, "block copy");
+    EXPECT_FALSE(d->find({7})->locked);
+    EXPECT_DOUBLE_EQ(d->find({7})->pose.p.x, 0.7);
+    d = taken(CopyObjects{{ObjectRef("second")}, by, {}, {{20}}});
+    EXPECT_EQ(d->find({20})->name, "second copy");
+    while (d->objects.size() < std::size_t(most_objects)) add("more");
+    refused(CopyObjects{{ObjectRef("ball")}, by, {}, {}}, "objects", "at most 256");
+    refused(SplitObject{ObjectRef("ball"), {}, true, {}, {}}, "object", "at most 256");
+}
+
+TEST_F(Refusals, OfOtherSizes)
+{
+    for (const double factor : {0.0, -1.0, 1000.0, 0.0999, 10.001, double(NAN), double(INFINITY)})
+        refused(ScaleObjects{{ObjectRef("ball")}, factor}, "factor", "expected");
+    refused(ScaleObjects{{}, 2}, "objects", "at least one");
+    refused(ScaleObjects{{ObjectRef("block")}, 2}, "objects", "locked");
+    refused(ScaleObjects{{ObjectRef("pot")}, 2}, "objects", "near hands only");
+    refused(ScaleObjects{{ObjectId{1}, ObjectId{1}}, 2}, "objects", "named twice");
+    EXPECT_EQ(taken(ScaleObjects{{ObjectRef("ball")}, 1}), d);
+    DocumentPtr two = taken(ScaleObjects{{ObjectRef("ball")}, 2});
+    EXPECT_DOUBLE_EQ(two->find({1})->source.size.y, 0.2);
+    std::swap(d, two);
+    for (int i = 0; i < 3; ++i) d = taken(ScaleObjects{{ObjectRef("ball")}, 10});
+    refused(ScaleObjects{{ObjectRef("ball")}, 10}, "factor", "1000 m");
+}
+
+TEST_F(Refusals, OfMerges)
+{
+    refused(MergeObjects{{ObjectRef("ball")}, {}}, "objects", "at least two");
+    refused(MergeObjects{{ObjectRef("ball"), ObjectId{1}}, {}}, "objects", "named twice");
+    refused(MergeObjects{{ObjectRef("ball"), ObjectRef("block")}, {}}, "objects", "locked");
+    refused(MergeObjects{{ObjectRef("block"), ObjectRef("ball")}, {}}, "objects", "locked");
+    refused(MergeObjects{{ObjectRef("ball"), ObjectRef("pot")}, {}}, "objects", "near hands");
+    refused(MergeObjects{{ObjectId{1}, ObjectId{3}}, ""}, "name", "expected a name");
+    SceneObject splats = *d->find({5});
+    splats.id = {}, splats.source.splats.depth = 0;
+    for (const int category : {9, 9, 10}) {
+        splats.name = "s" + std::to_string(d->objects.size()), splats.category = category;
+        d = taken(AddObject{splats});
+    }
+    refused(MergeObjects{{ObjectId{1}, ObjectRef("s5")}, {}}, "objects", "of splats");
+    refused(MergeObjects{{ObjectRef("s5"), ObjectRef("s7")}, {}}, "objects", "its category");
+    EXPECT_EQ(taken(MergeObjects{{ObjectRef("s5"), ObjectRef("s6")}, {}})->objects.size(), 7u);
+    const DocumentPtr merged = taken(MergeObjects{{ObjectId{3}, ObjectId{1}, ObjectId{4}}, "c"});
+    EXPECT_EQ(merged->objects.size(), 6u);
+    EXPECT_EQ(merged->find({3})->name, "c");
+    EXPECT_EQ(merged->find({1}), nullptr);
+}
+
+TEST_F(Refusals, OfSplits)
+{
+    const SplitPlane plane{{0.5, 0.5, 0.5}, {0, 2, 0}};
+    const ObjectRef ball = ObjectId{1};
+    refused(SplitObject{ball, {}, {}, {}, {}}, "plane", "either");
+    refused(SplitObject{ball, {}, false, {}, {}}, "plane", "either");
+    refused(SplitObject{ball, plane, true, {}, {}}, "pieces", "either");
+    refused(SplitObject{ball, SplitPlane{{}, {}}, {}, {}, {}}, "plane", "longer than 0");
+    refused(SplitObject{ball, SplitPlane{{}, {NAN, 0, 0}}, {}, {}, {}}, "plane", "expected");
+    refused(SplitObject{ball, SplitPlane{{1e9, 0, 0}, {1, 0, 0}}, {}, {}, {}}, "plane", "m, found");
+    refused(SplitObject{ObjectRef("block"), plane, {}, {}, {}}, "object", "locked");
+    refused(SplitObject{ObjectRef("pot"), plane, {}, {}, {}}, "object", "near hands only");
+    refused(SplitObject{ball, plane, {}, {"a", "b", "c"}, {}}, "names", "at most 2");
+    refused(SplitObject{ball, plane, {}, {}, {{1}}}, "ids", "each part");
+    refused(SplitObject{ball, plane, {}, {}, {{1}, {7}, {8}}}, "ids", "each part");
+    refused(SplitObject{ball, plane, {}, {}, {{7}, {8}}}, "ids", "expected 1 once");
+    refused(SplitObject{ball, plane, {}, {}, {{1}, {2}}}, "ids", "2 has been used");
+    const DocumentPtr two = taken(SplitObject{ball, plane, {}, {"l", "r"}, {}});
+    EXPECT_EQ(two->find({1})->name, "l");
+    EXPECT_EQ(two->find({6})->name, "r");
+    d = taken(SplitObject{ball, plane, {}, {"l", "r"}, {{7}, {1}}});
+    EXPECT_EQ(d->find({1})->name, "r");
+    EXPECT_EQ(d->find({7})->name, "l");
+    d = taken(SplitObject{ball, {}, true, {}, {{1}, {8}, {9}}});
+    EXPECT_EQ(d->find({1})->name, "r");
+    EXPECT_EQ(d->find({8})->name, "r 2");
+    EXPECT_EQ(d->find({9})->name, "r 3");
 }
 
 // Commands are logged with ids.

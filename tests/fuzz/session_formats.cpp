@@ -198,7 +198,7 @@ Checkpoint small_checkpoint()
     c.stored.state = run.state;
     c.stored.state.contents.particles.resize(40), c.stored.state.order.resize(40);
     c.stored.document = std::make_shared<const Document>(document_of(run.scene));
-    c.stored.numbers.number[c.stored.document->objects[0]->id] = 0;
+    c.stored.numbers.number[c.stored.document->objects[0]->id] = {0};
     c.stored.numbers.materials = run.scene.setup.materials;
     c.stored.ids_used = 1, c.stored.frames = long(c.record.rows.size()), c.stored.time = 0.5;
     return c;

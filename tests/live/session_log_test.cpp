@@ -124,6 +124,36 @@ TEST(SessionLog, OfCutFramesAndBurstsOfCommandsIsComputedAgainToTheBit)
     expect_replayed(session);
 }
 
+// Copies, other sizes, merges and parts are made from the clay of their frame.
+TEST(SessionLog, OfReshapedObjectsIsComputedAgainToTheBit)
+{
+    const auto scene = load_live_scene("scenes/squeeze.json",
+                                       {"domain.cells=16", "surface.nodes=16", "step.courant=0.3"});
+    const auto reads = std::make_shared<std::atomic<long>>(0);
+    LiveOptions options = ticking(reads, 1e-3);
+    options.recorded = false;
+    LiveSession session(scene, options);
+    const Command all[] = {
+        ScaleObjects{{ObjectId{1}}, 0.7},
+        CopyObjects{{ObjectId{1}}, {0, 0.35, 0}, {"copy"}, {}},
+        SplitObject{ObjectId{1}, SplitPlane{{0.5, 0.3, 0.5}, {1, 0.1, 0}}, {}, {"l", "r"}, {}},
+        ScaleObjects{{ObjectRef("copy")}, 0.5},
+        MergeObjects{{ObjectRef("copy"), ObjectRef("l")}, "both"},
+        Undo{},
+        Undo{},
+        Redo{},
+        Redo{},
+        SplitObject{ObjectRef("both"), {}, true, {}, {}},
+        PlaceObject{ObjectRef("both"), Vec3<double>{0.5, 0.7, 0.5}, {}}};
+    for (const Command& command : all) {
+        session.send(command);
+        wait_for_frames(session, sanitized ? 1 : 3);
+        session.wait_for_commands();
+        EXPECT_EQ(session.state()->refused, 0) << session.state()->refusal;
+    }
+    expect_replayed(session);
+}
+
 TEST(SessionLog, OfPagedClayIsComputedAgainToTheBit)
 {
     const auto scene =

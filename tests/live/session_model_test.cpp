@@ -389,10 +389,12 @@ class RandomSession {
         const double dx = 0.03;
         const Vec3<double> in{r.in(0, dx), r.in(0, dx), r.in(0, dx)};
         const Vec3<double> place{r.in(0.15, 0.33), r.in(0.15, 0.33), r.in(0.15, 0.33)};
+        const Vec3<double> other_place{r.in(0.15, 0.33), r.in(0.15, 0.33), r.in(0.15, 0.33)};
         MaterialSpec m = r.of(material_specs());
         m.density = r.in(500, 2000);
         if (m.plasticity != Plasticity::fluid) m.young = r.in(2e4, 2e5);
-        switch (r.below(12)) {
+        const ObjectId other = d.objects.empty() ? ObjectId{1} : r.of(d.objects)->id;
+        switch (r.below(17)) {
             case 0:
                 return SetMaterial{object, m};
             case 1:
@@ -425,6 +427,18 @@ class RandomSession {
                 if (r.one_in(4)) o.source.velocity = {0, r.in(-1, 1), 0};
                 return AddObject{o};
             }
+            case 12:
+                if (d.objects.size() > 3) return RemoveObjects{{object}};
+                return CopyObjects{{object}, place - Vec3<double>{0.24, 0.2, 0.24}, {}, {}};
+            case 13:
+                return ScaleObjects{{object}, r.in(0.7, 1.2)};
+            case 14:
+                return MergeObjects{{object, other}, {}};
+            case 15:
+                return SplitObject{object, {}, true, {}, {}};
+            case 16:
+                if (d.objects.size() > 4) return MergeObjects{{object, other}, "c"};
+                return SplitObject{object, SplitPlane{place, place - other_place}, {}, {}, {}};
             case 10:
                 if (r.one_in(2)) return RemoveObjects{{object}};
                 [[fallthrough]];

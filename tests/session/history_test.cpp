@@ -29,7 +29,7 @@ DocumentPtr document_with(double gravity)
 std::shared_ptr<const ObjectNumbers> numbers_with(int number)
 {
     ObjectNumbers n;
-    n.number[{1}] = number;
+    n.number[{1}] = {number};
     return std::make_shared<const ObjectNumbers>(n);
 }
 Splats some_splats(std::size_t count)
@@ -572,7 +572,7 @@ class Model {
         const Reference& one = any->second;
         EXPECT_EQ(step->label, one.label);
         EXPECT_TRUE(equal(*step->document, *one.document));
-        EXPECT_EQ(step->objects->number.at({1}), one.number);
+        EXPECT_EQ(step->objects->number.at({1}), std::vector<int>{one.number});
         if (!one.rows) return;
         EXPECT_EQ(step->splats, one.splats);
         EXPECT_EQ(step->frame, one.frame);

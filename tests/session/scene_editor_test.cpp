@@ -299,7 +299,7 @@ std::vector<std::pair<std::size_t, double>> clay_of(const Edited& e)
     std::vector<std::pair<std::size_t, double>> all;
     const std::vector<Particle<double>> particles = e.solver.particles();
     for (const auto& o : e.editor->document()->objects) {
-        const int number = e.editor->simulated(o->id);
+        const int number = e.editor->simulated(o->id).at(0);
         const auto count = std::size_t(
             std::ranges::count(particles, number, [](const auto& p) { return p.object; }));
         all.emplace_back(count, double(count) * e.config().materials.at(std::size_t(number)).mass);
@@ -370,7 +370,7 @@ TEST(SceneEditor, AddsAndRemovesTheClayOfObjects)
             const double most = o.material.density * volume;
             EXPECT_LT(now[i].second, 1.1 * most);
             const Material<double>& m =
-                e.config().materials.at(std::size_t(e.editor->simulated(o.id)));
+                e.config().materials.at(std::size_t(e.editor->simulated(o.id).at(0)));
             EXPECT_EQ(m.category, o.category);
             EXPECT_EQ(m.density, o.material.density);
             EXPECT_EQ(m.mu, made(o.material).mu);
@@ -392,7 +392,7 @@ TEST(SceneEditor, NewClayIsThatOfAScene)
     EXPECT_EQ(std::get<AddObject>(answer.applied).object.id.value, 4u);
     const Scene built = Edited::built(scene_of(three_objects(), *e.editor->document()));
     ASSERT_EQ(built.setup.particles.size(), e.solver.particles().size());
-    const int number = e.editor->simulated({4});
+    const int number = e.editor->simulated({4}).at(0);
     EXPECT_EQ(number, 3);
     EXPECT_EQ(differs(e.config(), cpu_solver(built.setup)->config()), "");
 }

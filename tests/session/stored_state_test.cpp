@@ -231,7 +231,7 @@ StoredState filled()
         m.category = int(250 + i % 6);
         m.mu = 1 / m.mu, m.bulk = -0.0, m.lambda = std::numeric_limits<double>::denorm_min();
     }
-    s.numbers.number = {{{41}, 6}, {{42}, 0}, {{43}, 3}, {{44}, 5}};
+    s.numbers.number = {{{41}, {6}}, {{42}, {0, 1}}, {{43}, {3}}, {{44}, {5}}};
     s.ids_used = 50, s.frames = 123456789012, s.time = 1 / 3.0;
     return s;
 }
@@ -307,7 +307,7 @@ TEST(StoredState, NumbersOfObjectsReadAsTheyWereWritten)
         {"/objects", nullptr},
         {"/objects", Json::array({7})},
         {"/objects", Json::array({Json::array({1})})},
-        {"/objects", Json::array({Json::array({1, 2, 3})})},
+        {"/objects", Json::array({Json::array({1, 2, 2})})},
         {"/objects", Json::array({Json::array({0, 2})})},
         {"/objects", Json::array({Json::array({2147483648u, 2})})},
         {"/objects", Json::array({Json::array({1, 7})})},

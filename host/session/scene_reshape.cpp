@@ -1,0 +1,405 @@
+// SceneEditor: commands that read the clay, applied by the functions of object_verbs.h.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <optional>
+#include <unordered_map>
+
+#include "cuda/mpm/walls.h"
+#include "host/base/machine.h"
+#include "host/session/scene_editor.h"
+
+namespace knead {
+namespace {
+
+// A field of the command is at fault.
+struct VerbRefused {
+    Refusal refusal;
+};
+[[noreturn]] void refuse_field(const char* field, const std::string& why)
+{
+    throw VerbRefused{{why, field}};
+}
+
+ObjectId id_of(const ObjectRef& ref) { return std::get<ObjectId>(ref.by); }
+
+// Three digits, rounded down.
+std::string text_of_factor(double factor)
+{
+    const double digits = std::pow(10, 2 - std::floor(std::log10(factor)));
+    return fmt::format("{:.3g}", std::floor(factor * digits) / digits);
+}
+
+void check_memory_of(double particles, const char* field)
+{
+    // As check_memory() of seed.cpp: the lists of the host and of the solver.
+    constexpr double one = 2 * sizeof(Particle<double>) + 2 * sizeof(Particle<float>) + 32;
+    const double bytes = particles * one, free = double(available_memory());
+    if (bytes > free)
+        refuse_field(field, fmt::format("{:.4g} particles need about {:.1f} MiB, and {:.1f} MiB "
+                                        "are free",
+                                        particles, bytes / 0x1p20, free / 0x1p20));
+}
+
+}  // namespace
+
+// Applies a command to the clay of this frame. As applied, it has the numbers of the new objects.
+CommandAnswer SceneEditor::reshape(const Command& command)
+{
+    const IdSource ids_before = ids;
+    CommandAnswer answer;
+    try {
+        IdSource unused = ids;
+        auto result = reduce(now, command, unused);
+        if (Refusal* refused = std::get_if<Refusal>(&result)) return {std::move(*refused), {}};
+        if (!parts.simulator) return {Refusal{needs_edits(situation(false)), ""}, {}};
+        answer.applied = with_ids(*now, command);
+        if (std::get<DocumentPtr>(result) == now) return answer;
+        ClayEdit edit;
+        if (CopyObjects* copies = std::get_if<CopyObjects>(&answer.applied))
+            edit = edit_of(*copies);
+        else if (ScaleObjects* scales = std::get_if<ScaleObjects>(&answer.applied))
+            edit = edit_of(*scales);
+        else if (MergeObjects* merges = std::get_if<MergeObjects>(&answer.applied))
+            edit = edit_of(*merges);
+        else
+            edit = edit_of(std::get<SplitObject>(answer.applied));
+        result = reduce(now, answer.applied, ids);
+        if (Refusal* refused = std::get_if<Refusal>(&result)) return {std::move(*refused), {}};
+        const DocumentPtr to = std::get<DocumentPtr>(result);
+        edit.gravity = gravity_of(*to);
+        make(std::move(edit));
+        now = to;
+        ++count, ++clay_count;
+        std::erase_if(carried, [&](const Carried& one) { return !now->find(one.object); });
+        return answer;
+    } catch (const VerbRefused& refused) {
+        answer.refusal = refused.refusal;
+    } catch (const std::bad_alloc&) {
+        answer.refusal = Refusal{"out of memory", ""};
+    } catch (const std::exception& e) {
+        answer.refusal = Refusal{e.what(), ""};
+    }
+    ids = ids_before;
+    return answer;
+}
+
+// All or nothing.
+void SceneEditor::make(ClayEdit edit)
+{
+    EditableSimulator& s = *parts.simulator;
+    const std::shared_ptr<const Snapshot> before = s.snapshot();
+    const CarriedSplats splats_before = edit.splats ? parts.splats.state() : CarriedSplats{};
+    try {
+        if (!edit.gone.empty()) s.remove_each(edit.gone);
+        std::vector<int> numbers;
+        for (const ClayEdit::NewPart& one : edit.added) {
+            numbers.push_back(s.add(one.clay.material, one.clay.particles));
+            edit.objects[one.object].push_back(numbers.back());
+        }
+        for (const auto& [number, material] : edit.materials) s.set_material(number, material);
+        if (!equal(gravity_of(*now), edit.gravity)) s.set_gravity(edit.gravity);
+        if (edit.splats) replace_splats(edit, numbers, splats_before);
+    } catch (...) {
+        s.restore(*before);
+        if (splats_before.count() > 0)
+            parts.splats.set_state(splats_before, parts.splats.local_state());
+        parts.loop.clay_edited();
+        throw;
+    }
+    objects = std::move(edit.objects);
+    parts.loop.clay_edited();
+}
+
+// `numbers`: of edit.added, in the simulator. `before`: empty if splats are not drawn.
+void SceneEditor::replace_splats(const ClayEdit& edit, const std::vector<int>& numbers,
+                                 const CarriedSplats& before)
+{
+    std::vector<Gaussian<double>> gaussians;
+    std::vector<std::uint32_t> from;
+    for (const ClayEdit::NewGaussian& one : edit.gaussians) {
+        gaussians.push_back(one.gaussian);
+        if (one.part >= 0) gaussians.back().object = numbers.at(std::size_t(one.part));
+        from.push_back(std::uint32_t(one.from));
+    }
+    if (before.count() == 0) return parts.simulator->set_gaussians(gaussians);
+    CarriedSplats all{picked(before.cloud, from), {}};
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        const float scale = float(edit.gaussians[i].scale);
+        all.cloud.scale[i] = scale * all.cloud.scale[i];
+        all.extent.push_back(scale * before.extent[from[i]]);
+    }
+    parts.splats.replace(gaussians, std::move(all), *parts.simulator);
+}
+
+// One for each number, in their order, with the materials of the simulator.
+std::vector<PartClay> SceneEditor::clay_of(const SnapshotData& all,
+                                           const std::vector<int>& numbers) const
+{
+    const std::vector<Material<double>>& materials = parts.simulator->config().materials;
+    std::vector<PartClay> clay;
+    std::unordered_map<int, std::size_t> part_of;
+    for (const int number : numbers) {
+        part_of[number] = clay.size();
+        clay.push_back({materials.at(std::size_t(number)), {}});
+    }
+    for (const Particle<double>& p : all.particles) {
+        const auto at = part_of.find(p.object);
+        if (at == part_of.end()) continue;
+        clay[at->second].particles.push_back(p);
+        clay[at->second].particles.back().hold(false);
+    }
+    return clay;
+}
+
+SceneEditor::ClayEdit SceneEditor::unchanged(const SnapshotData& all) const
+{
+    ClayEdit edit;
+    edit.objects = objects;
+    for (std::size_t i = 0; i < all.gaussians.size(); ++i)
+        edit.gaussians.push_back({all.gaussians[i], i});
+    return edit;
+}
+
+void SceneEditor::check_place(const std::vector<PartClay>& clay, const char* field) const
+{
+    const SimulationConfig& config = parts.simulator->config();
+    const Box3<double> box = box_of(clay);
+    if (between(config.walls, box.low, config.lattice.dx) &&
+        between(config.walls, box.high, config.lattice.dx))
+        return;
+    const auto text = [&](Vec3<double> x) {
+        x = x + parts.scene.origin;
+        return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", x.x, x.y, x.z);
+    };
+    refuse_field(field, fmt::format("expected the clay between the walls, from {} to {} m, found "
+                                    "it from {} to {} m",
+                                    text(config.walls.min), text(config.walls.max), text(box.low),
+                                    text(box.high)));
+}
+
+// `there`: clay that must not be nearer than three quarters of a spacing.
+void SceneEditor::check_free(const std::vector<PartClay>& clay,
+                             const std::vector<Particle<double>>& there, const char* field) const
+{
+    const Box3<double> box = box_of(clay);
+    for (const PartClay& part : clay) {
+        const double spacing = std::cbrt(part.material.volume);
+        const Vec3<double> beside{spacing, spacing, spacing};
+        const Box3<double> around{box.low - beside, box.high + beside};
+        std::vector<Vec3<double>> places;
+        for (const Particle<double>& p : there)
+            if (contains(around, p.x)) places.push_back(p.x);
+        const NearPlaces near(places, 0.75 * spacing);
+        for (const Particle<double>& p : part.particles)
+            if (near.taken(p.x)) refuse_field(field, "other clay is in the way");
+    }
+}
+
+SceneEditor::ClayEdit SceneEditor::edit_of(CopyObjects& command) const
+{
+    const SnapshotData all = parts.simulator->held(*parts.simulator->snapshot());
+    const WallOptions& walls = parts.simulator->config().walls;
+    ClayEdit edit = unchanged(all);
+    IdSource next = ids;
+    for (std::size_t i = command.ids.size(); i < command.objects.size(); ++i)
+        command.ids.push_back(next.next());
+    double particles = 0;
+    for (std::size_t i = 0; i < command.objects.size(); ++i) {
+        const std::vector<int>& numbers = objects.at(id_of(command.objects[i]));
+        std::vector<PartClay> clay = clay_of(all, numbers);
+        for (const PartClay& part : clay) particles += double(part.particles.size());
+        check_memory_of(particles, "objects");
+        displace(clay, command.by);
+        check_place(clay, "by");
+        check_free(clay, all.particles, "by");
+        for (std::size_t k = 0; k < all.gaussians.size(); ++k) {
+            const auto at = std::ranges::find(numbers, all.gaussians[k].object);
+            if (at == numbers.end()) continue;
+            Gaussian<double> copy = all.gaussians[k];
+            copy.x = put_between(walls, copy.x + command.by), copy.hold(false);
+            const int part = int(edit.added.size()) + int(at - numbers.begin());
+            edit.gaussians.push_back({copy, k, part});
+            edit.splats = true;
+        }
+        for (PartClay& part : clay) edit.added.push_back({command.ids[i], std::move(part)});
+    }
+    return edit;
+}
+
+namespace {
+
+// How far clay is shifted along an axis so that it is not behind a wall: to half a spacing from it,
+// or to the distance that it had. It is from `low` to `high`, and was from `was_low` to `was_high`.
+double shift_between(double low, double high, double was_low, double was_high, double min,
+                     double max, double spacing)
+{
+    double from = min + std::clamp(was_low - min, 0.0, spacing / 2);
+    double to = max - std::clamp(max - was_high, 0.0, spacing / 2);
+    if (high - low > to - from) from = min, to = max;
+    return low < from ? from - low : high > to ? to - high : 0;
+}
+
+}  // namespace
+
+SceneEditor::ClayEdit SceneEditor::edit_of(ScaleObjects& command) const
+{
+    const SimulationConfig& config = parts.simulator->config();
+    const Vec3<double>&min = config.walls.min, &max = config.walls.max;
+    const double factor = command.factor, dx = config.lattice.dx;
+    const SnapshotData all = parts.simulator->held(*parts.simulator->snapshot());
+    ClayEdit edit = unchanged(all);
+    double particles = 0;
+    for (const ObjectRef& ref : command.objects) {
+        const std::vector<int>& numbers = objects.at(id_of(ref));
+        edit.gone.insert(edit.gone.end(), numbers.begin(), numbers.end());
+        for (const PartClay& part : clay_of(all, numbers))
+            particles += std::ldexp(double(part.particles.size()),
+                                    doublings(per_cell_of(part.material, factor, dx)));
+    }
+    check_memory_of(particles, "factor");
+    // Clay of other objects, and of those that have their new size already.
+    std::vector<Particle<double>> there;
+    for (const Particle<double>& p : all.particles)
+        if (!std::ranges::count(edit.gone, p.object)) there.push_back(p);
+    for (const ObjectRef& ref : command.objects) {
+        const ObjectId id = id_of(ref);
+        const std::vector<int>& numbers = objects.at(id);
+        std::vector<PartClay> clay = clay_of(all, numbers);
+        const Box3<double> was = box_of(clay);
+        const Vec3<double> centre = centre_of_mass(clay);
+        double spacing = 0;
+        for (PartClay& part : clay) {
+            part = scaled(std::move(part), centre, factor, dx);
+            spacing = std::max(spacing, std::cbrt(part.material.volume));
+        }
+        const Box3<double> is = box_of(clay);
+        const Vec3<double> size = is.high - is.low, room = max - min;
+        const double largest =
+            factor * std::min({room.x / size.x, room.y / size.y, room.z / size.z});
+        if (largest < factor)
+            refuse_field("factor", fmt::format("the object does not fit between the walls; the "
+                                               "largest factor that fits is {}",
+                                               text_of_factor(largest)));
+        const Vec3<double> by{
+            shift_between(is.low.x, is.high.x, was.low.x, was.high.x, min.x, max.x, spacing),
+            shift_between(is.low.y, is.high.y, was.low.y, was.high.y, min.y, max.y, spacing),
+            shift_between(is.low.z, is.high.z, was.low.z, was.high.z, min.z, max.z, spacing)};
+        displace(clay, by);
+        check_place(clay, "factor");
+        if (factor > 1) check_free(clay, there, "factor");
+        for (ClayEdit::NewGaussian& one : edit.gaussians) {
+            const auto at = std::ranges::find(numbers, all.gaussians[one.from].object);
+            if (at == numbers.end()) continue;
+            one.part = int(edit.added.size()) + int(at - numbers.begin()), one.scale = factor;
+            one.gaussian.x =
+                put_between(config.walls, centre + factor * (one.gaussian.x - centre) + by);
+            one.gaussian.hold(false);
+            edit.splats = true;
+        }
+        edit.objects.at(id).clear();
+        for (PartClay& part : clay) {
+            there.insert(there.end(), part.particles.begin(), part.particles.end());
+            edit.added.push_back({id, std::move(part)});
+        }
+    }
+    return edit;
+}
+
+// The clay is not read: it only takes the category of the first object.
+SceneEditor::ClayEdit SceneEditor::edit_of(MergeObjects& command) const
+{
+    ClayEdit edit;
+    edit.objects = objects;
+    const ObjectId stays = id_of(command.objects[0]);
+    const int category = now->find(stays)->category;
+    for (std::size_t i = 1; i < command.objects.size(); ++i) {
+        const ObjectId id = id_of(command.objects[i]);
+        for (const int number : objects.at(id)) {
+            edit.objects.at(stays).push_back(number);
+            Material<double> material = parts.simulator->config().materials.at(std::size_t(number));
+            if (material.category == category) continue;
+            material.category = category;
+            edit.materials.emplace_back(number, material);
+        }
+        edit.objects.erase(id);
+    }
+    return edit;
+}
+
+SceneEditor::ClayEdit SceneEditor::edit_of(SplitObject& command) const
+{
+    const SnapshotData all = parts.simulator->held(*parts.simulator->snapshot());
+    const ObjectId id = id_of(command.object);
+    const std::vector<int>& numbers = objects.at(id);
+    const std::vector<PartClay> clay = clay_of(all, numbers);
+    Pieces pieces;
+    std::vector<Vec3<double>> places;  // of all particles, in the order of pieces.of_particle
+    for (const PartClay& part : clay)
+        for (const Particle<double>& p : part.particles) places.push_back(p.x);
+    const auto side = [&](Vec3<double> x) {
+        return side_of(x, command.plane->point - parts.scene.origin, command.plane->normal);
+    };
+    if (command.plane) {
+        pieces.count = 2;
+        for (const Vec3<double>& x : places) pieces.of_particle.push_back(side(x));
+    } else {
+        pieces = connected_pieces(clay, parts.simulator->config().lattice);
+        if (pieces.count < 2)
+            refuse_field("pieces", fmt::format("there is no other piece of at least {} particles",
+                                               fewest_particles_in_part));
+    }
+    std::vector<std::size_t> size(std::size_t(pieces.count), 0);
+    for (const int one : pieces.of_particle) ++size[std::size_t(one)];
+    if (const std::size_t least = std::ranges::min(size); least < fewest_particles_in_part)
+        refuse_field("plane", least == 0
+                                  ? "all of the object is on one side"
+                                  : fmt::format("expected at least {} particles on each side, "
+                                                "found {}",
+                                                fewest_particles_in_part, least));
+    const std::size_t largest = std::size_t(std::ranges::max_element(size) - size.begin());
+    std::vector<ObjectId> fresh = command.ids;
+    std::erase(fresh, id);
+    IdSource next = ids;
+    while (command.ids.empty() && fresh.size() + 1 < size.size()) fresh.push_back(next.next());
+    if (fresh.size() + 1 != size.size())
+        refuse_field("ids",
+                     fmt::format("expected {} numbers, found {}", size.size(), fresh.size() + 1));
+    command.ids.clear();
+    for (std::size_t i = 0, other = 0; i < size.size(); ++i)
+        command.ids.push_back(i == largest ? id : fresh[other++]);
+    ClayEdit edit = unchanged(all);
+    edit.gone = numbers, edit.objects.at(id).clear();
+    // Index of the new part of each old one and piece; -1: none.
+    std::vector<std::vector<int>> part_of(clay.size(), std::vector<int>(size.size(), -1));
+    std::size_t at = 0;
+    for (std::size_t k = 0; k < clay.size(); ++k) {
+        std::vector<PartClay> of_piece(size.size(), PartClay{clay[k].material, {}});
+        for (const Particle<double>& p : clay[k].particles)
+            of_piece[std::size_t(pieces.of_particle[at++])].particles.push_back(p);
+        for (std::size_t piece = 0; piece < size.size(); ++piece) {
+            if (of_piece[piece].particles.empty()) continue;
+            part_of[k][piece] = int(edit.added.size());
+            edit.added.push_back({command.ids[piece], std::move(of_piece[piece])});
+        }
+    }
+    std::optional<NearestPoint> nearest;
+    for (ClayEdit::NewGaussian& one : edit.gaussians) {
+        const auto number = std::ranges::find(numbers, one.gaussian.object);
+        if (number == numbers.end()) continue;
+        if (!command.plane && !nearest) nearest.emplace(places);
+        const std::size_t piece = std::size_t(
+            command.plane ? side(one.gaussian.x)
+                          : pieces.of_particle[std::size_t((*nearest)(one.gaussian.x).index)]);
+        one.part = part_of[std::size_t(number - numbers.begin())][piece];
+        // A part of a merged object may have no particles there: another one of the piece has.
+        for (std::size_t k = 0; one.part < 0; ++k) one.part = part_of[k][piece];
+        one.gaussian.hold(false);
+        edit.splats = true;
+    }
+    return edit;
+}
+
+}  // namespace knead
