@@ -134,6 +134,7 @@ TEST(SessionLog, OfReshapedObjectsIsComputedAgainToTheBit)
     options.recorded = false;
     LiveSession session(scene, options);
     const Command all[] = {
+        SetGravity{{0, 0, 0}},
         ScaleObjects{{ObjectId{1}}, 0.7},
         CopyObjects{{ObjectId{1}}, {0, 0.35, 0}, {"copy"}, {}},
         SplitObject{ObjectId{1}, SplitPlane{{0.5, 0.3, 0.5}, {1, 0.1, 0}}, {}, {"l", "r"}, {}},
