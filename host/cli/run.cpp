@@ -379,6 +379,10 @@ int Session::run()
         script.add_recorded(scene, recording);
     }
     const std::unique_ptr<Simulator> solver = make_solver(scene.setup, device);
+    const struct EndOfScript {
+        RunScript& script;
+        ~EndOfScript() { script.end(); }
+    } end_before_solver{script};
     const EditableSimulator* editable = solver->editable();
     facts.solver = solver->name();
     run_options.audit_every = o.audit_every > 0                 ? o.audit_every

@@ -97,19 +97,24 @@ void each_group(const std::vector<Particle<double>>& q, std::vector<int>& order,
     each_group(q, order, middle, to, groups - first, visit);
 }
 
-Particle<double> merged(const std::vector<Particle<double>>& q, std::span<const int> group,
-                        const Material<double>& m, double dx)
+// The mean of a group's particles, with the mean of their strains, and that of their stresses.
+struct Merged {
+    Particle<double> particle{};
+    Sym3<double> stress{};  // [Pa]
+};
+Merged merged(const std::vector<Particle<double>>& q, std::span<const int> group,
+              const Material<double>& m, double dx)
 {
     const double share = 1 / double(group.size());
-    Particle<double> one{};
-    Sym3<double> stress{};
+    Merged made;
+    Particle<double>& one = made.particle;
     for (const int i : group) {
         const Particle<double>& p = q[std::size_t(i)];
         one.x = one.x + share * p.x, one.v = one.v + share * p.v;
         one.e = one.e + share * p.e, one.k += share * p.k;
         Particle<double> still = p;
         still.C = {};  // without the stress of a liquid's viscosity
-        stress = stress + share * kirchhoff_stress(still, m);
+        made.stress = made.stress + share * kirchhoff_stress(still, m);
     }
     Mat3<double> B{};
     for (const int i : group) {
@@ -117,10 +122,9 @@ Particle<double> merged(const std::vector<Particle<double>>& q, std::span<const 
         B = B + share * (outer(p.v - one.v, p.x - one.x) + (dx * dx / 4) * p.C);
     }
     one.C = (4 / (dx * dx)) * B;
-    one.e = strain_of(stress, m, one.k, one.e);
     one.object = q[std::size_t(group[0])].object;
     one.sides = q[std::size_t(group[0])].label();
-    return one;
+    return made;
 }
 
 }  // namespace
@@ -204,8 +208,9 @@ PartClay coarsened(PartClay clay, int times, double dx)
     const std::size_t count = clay.particles.size(), group = std::size_t(1) << times;
     if (count == 0) return clay;
     const Motions before = motions_of(clay.particles, dx);
-    std::vector<Particle<double>> ones;
-    ones.reserve(count / group + 4);
+    std::vector<Merged> all;
+    all.reserve(count / group + 4);
+    Sym3<double> missing{};  // of the mean stress: groups of one particle more weigh no more
     for (const std::uint32_t label : {uncut, above, below}) {
         std::vector<int> order;
         for (std::size_t i = 0; i < count; ++i)
@@ -213,11 +218,18 @@ PartClay coarsened(PartClay clay, int times, double dx)
         if (order.empty()) continue;
         const std::size_t groups = std::max<std::size_t>(1, (order.size() + group / 2) / group);
         each_group(clay.particles, order, 0, order.size(), groups, [&](std::span<const int> of) {
-            ones.push_back(merged(clay.particles, of, clay.material, dx));
+            all.push_back(merged(clay.particles, of, clay.material, dx));
+            missing = missing + (double(of.size()) / double(count)) * all.back().stress;
         });
     }
-    const double share = double(ones.size()) / double(count);
-    clay.particles = std::move(ones);
+    const double share = double(all.size()) / double(count);
+    for (const Merged& one : all) missing = missing + (-1 / double(all.size())) * one.stress;
+    clay.particles.clear();
+    for (Merged& one : all) {
+        Particle<double>& p = one.particle;
+        p.e = strain_of(one.stress + missing, clay.material, p.k, p.e);
+        clay.particles.push_back(p);
+    }
     clay.material.volume /= share, clay.material.mass /= share;
     restore_motions(clay.particles, before, share, dx);
     return clay;

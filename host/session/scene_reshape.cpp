@@ -167,6 +167,7 @@ void SceneEditor::check_place(const std::vector<PartClay>& clay, const char* fie
 {
     const SimulationConfig& config = parts.simulator->config();
     const Box3<double> box = box_of(clay);
+    if (!(box.low.x <= box.high.x)) refuse_field("objects", "an object has no clay");
     if (between(config.walls, box.low, config.lattice.dx) &&
         between(config.walls, box.high, config.lattice.dx))
         return;

@@ -50,6 +50,37 @@ assert [o['name'] for o in facts['objects']] == ['a', 'b'], facts
 assert facts['hand_frames'] > 60, facts
 PY
 
+# Commands that read the clay, before the first frame as between frames: the saved session replays.
+cat >parts.json <<SCENE
+{"schema": "knead.scene/1", "domain": {"edge": 0.64, "cells": 32}, "frame_rate": 90,
+ "objects": []}
+SCENE
+cat >parts.jsonl <<LOG
+{"frame":0,"add_object":{"object":{$ball,"material":"clay"}}}
+{"frame":0,"scale_objects":{"objects":["a"],"factor":2}}
+{"frame":0,"copy_objects":{"objects":["a"],"by":[0.26,0.02,0],"names":["b"]}}
+{"frame":0,"set_gravity":{"gravity":[0,-1,0]}}
+{"frame":10,"split_object":{"object":"a","plane":{"point":[0.16,0.17,0.16],"normal":[0,1,0]},"names":["l","r"]}}
+{"frame":12,"merge_objects":{"objects":["b","l"],"name":"c"}}
+{"frame":14,"undo":{}}
+{"frame":15,"redo":{}}
+{"frame":16,"split_object":{"object":"c","pieces":true}}
+{"frame":18,"scale_objects":{"objects":["c","r"],"factor":0.6}}
+{"frame":20,"save":{"file":"parts.knead"}}
+LOG
+answers 0 run --device cpu --frames 20 -q --mesh none parts.json --commands parts.jsonl --out parts
+python3 - parts/report.json <<'PY' || wrong "objects of the parts"
+import json, math, sys
+objects = json.load(open(sys.argv[1]))['knead']['document']['objects']
+assert [o['name'] for o in objects] == ['r', 'c', 'c 2'], objects
+assert [o['id'] for o in objects] == [1, 2, 4], objects
+ball = math.pi / 6 * 0.2**3
+for o, share in zip(objects, (0.63 * 0.6**3, 0.6**3, 0.37)):
+    assert abs(o['volume_m3'] / (share * ball) - 1) < 0.05, o
+PY
+answers 0 replay parts/parts.knead --check --json
+[ "$(cat said)" = '{"frames":20,"equal":true}' ] || wrong "the check of parts: $(cat said)"
+
 # The session that comes with the program: on another kind of CPU its bits are others.
 answers 0 replay two-lumps.knead --check --json
 python3 - said <<'PY' || wrong "the replay of scenes/two-lumps.knead: $(cat said)"

@@ -360,7 +360,8 @@ TEST(CommandText, EveryFieldOfEveryCommandIsChecked)
                     using T = std::remove_cvref_t<decltype(value)>;
                     Json body = good[name];
                     constexpr bool may_lack = requires { value.has_value(); }
-                    || std::is_same_v<T, SetHand> || std::is_same_v<T, std::vector<std::string>>;
+                    || std::is_same_v<T, SetHand> || std::is_same_v<T, std::vector<std::string>> ||
+                        std::is_same_v<T, std::vector<ObjectId>>;
                     body.erase(f.key);
                     if (!may_lack) refused(body, f.key), ++without;
                     body[f.key] = {{"never", 1}};

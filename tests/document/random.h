@@ -318,8 +318,16 @@ struct RandomFields {
     template <class F>
     void operator()(const F& f, std::vector<ObjectRef>& objects) const
     {
-        objects.resize(wild() ? 0 : r.one_in(3) ? std::size_t(1 + r.below(4)) : 1);
-        for (ObjectRef& one : objects) (*this)(f, one);
+        objects.resize(wild()        ? 0
+                       : r.one_in(4) ? std::size_t(1 + r.below(4))
+                       : r.one_in(3) ? 1
+                                     : 2);
+        // Most by number: with several, few would all have a name of their own.
+        for (ObjectRef& one : objects)
+            if (by.document->objects.empty() || objects.size() == 1 || r.one_in(6))
+                (*this)(f, one);
+            else
+                one = r.of(by.document->objects)->id;
     }
     template <class F>
     void operator()(const F&, MaterialSpec& m) const

@@ -134,10 +134,11 @@ TEST(SessionLog, OfReshapedObjectsIsComputedAgainToTheBit)
     options.recorded = false;
     LiveSession session(scene, options);
     const Command all[] = {
+        SetGravity{{0.3, -1, 0}},
         ScaleObjects{{ObjectId{1}}, 0.7},
-        CopyObjects{{ObjectId{1}}, {0, 0.35, 0}, {"copy"}, {}},
+        CopyObjects{{ObjectId{1}}, {0, 0.4, 0}, {"copy"}, {}},
         SplitObject{ObjectId{1}, SplitPlane{{0.5, 0.3, 0.5}, {1, 0.1, 0}}, {}, {"l", "r"}, {}},
-        ScaleObjects{{ObjectRef("copy")}, 0.5},
+        ScaleObjects{{ObjectRef("copy")}, 0.8},
         MergeObjects{{ObjectRef("copy"), ObjectRef("l")}, "both"},
         Undo{},
         Undo{},
