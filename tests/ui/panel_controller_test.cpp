@@ -123,7 +123,9 @@ TEST(Panel, AddsEachShapeAboveTheClay)
                 EXPECT_TRUE(apart) << added.name << " and " << document->objects[k]->name;
             }
             // Room for the next.
-            if (before > 1) EXPECT_TRUE(session.act(Control::remove));
+            if (before > 1) {
+                EXPECT_TRUE(session.act(Control::remove));
+            }
         }
         const std::size_t count = session.live.state()->document->objects.size();
         EXPECT_TRUE(session.act(Control::undo));
