@@ -11,8 +11,8 @@
 namespace knead {
 namespace {
 
-constexpr double part_of_side = 0.2;  // of the shortest side between the walls
-constexpr double widest = 0.8;        // of a text: share of the side along which it is read
+constexpr double part_of_room = 0.2;  // of the shortest side between the walls
+constexpr double widest = 0.8;        // of a text: part of the side along which it is read
 
 Vec3<double> size_of(ShapeKind shape, double across, Vec3<double> between, const Letters* letters)
 {
@@ -125,7 +125,7 @@ SceneObject new_object(const LiveState& state, const NewShape& shape, const Mate
 {
     const WallOptions& walls = state.document->scene->walls;
     const Vec3<double> between = walls.max - walls.min;
-    const double across = part_of_side * std::min({between.x, between.y, between.z});
+    const double across = part_of_room * std::min({between.x, between.y, between.z});
     SceneObject o;
     o.name = free_name(*state.document, shape.name);
     o.category = free_category(*state.document);

@@ -383,6 +383,36 @@ TEST_F(Refusals, OfPlacesOutsideTheWalls)
             "y from");
 }
 
+TEST_F(Refusals, OfShapes)
+{
+    const auto refused_shape = [&](const std::string& why, ShapeKind shape, Vec3<double> size,
+                                   double rounding = 0, const std::string& text = "") {
+        refused_object(why, [&](SceneObject& o) {
+            o.source.shape = shape, o.source.size = size;
+            o.source.rounding = rounding, o.source.text = text;
+        });
+    };
+    const double nan = std::nan("");
+    refused_shape("tube: expected less than half the diameter, 0.1 m", ShapeKind::torus,
+                  {0.2, 0.1, 0.2});
+    refused_shape("one diameter", ShapeKind::torus, {0.2, 0.05, 0.3});
+    refused_shape("above 0", ShapeKind::torus, {0.2, 0, 0.2});
+    refused_shape("found", ShapeKind::torus, {0.2, nan, 0.2});
+    refused_shape("height: expected at least the diameter", ShapeKind::capsule, {0.2, 0.1, 0.2});
+    refused_shape("one diameter", ShapeKind::cone, {0.2, 0.1, 0.1});
+    refused_shape("at most 1000", ShapeKind::cone, {0.2, 1e9, 0.2});
+    refused_shape("above 0", ShapeKind::ellipsoid, {0.2, -0.1, 0.1});
+    refused_shape("rounding: expected", ShapeKind::rounded_box, {0.2, 0.1, 0.2}, 0.06);
+    refused_shape("rounding: expected", ShapeKind::rounded_box, {0.2, 0.1, 0.2}, nan);
+    refused_shape("rounding: expected", ShapeKind::rounded_box, {0.2, 0.1, 0.2}, -0.01);
+    refused_shape("text: expected", ShapeKind::text, {0, 0.1, 0.1});
+    refused_shape("text: expected", ShapeKind::text, {0, 0.1, 0.1}, 0, "  ");
+    refused_shape("1000 bytes", ShapeKind::text, {0, 0.1, 0.1}, 0, std::string(1001, 'x'));
+    refused_shape("UTF-8", ShapeKind::text, {0, 0.1, 0.1}, 0, "\xff");
+    refused_shape("above 0", ShapeKind::text, {0, 0, 0.1}, 0, "a");
+    refused_shape("found", ShapeKind::text, {0, 0.1, nan}, 0, "a");
+}
+
 TEST_F(Refusals, OfMaterials)
 {
     MaterialSpec m = material_spec("clay");

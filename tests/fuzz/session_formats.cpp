@@ -52,7 +52,14 @@ const char* const small_scenes[] = {
   "material": "viscous-liquid", "category": 2},
  {"name": "b", "shape": "cylinder", "centre": [0.3, 0.6, 0.2], "diameter": 0.1, "height": 0.1,
   "material": {"preset": "snow", "density": 300}, "per_cell": 4.5}],
-"contact": {"grid": false, "passes": 1}, "step": {"courant": 0.5, "largest": 1e-3}})"};
+"contact": {"grid": false, "passes": 1}, "step": {"courant": 0.5, "largest": 1e-3}})",
+    R"({"schema": "knead.scene/1", "domain": {"edge": 1.0, "cells": 16},
+"objects": [
+ {"shape": "ellipsoid", "centre": [0.3, 0.3, 0.3], "size": [0.2, 0.2, 0.15]},
+ {"shape": "rounded_box", "centre": [0.7, 0.3, 0.3], "size": [0.2, 0.2, 0.15], "rounding": 0.05},
+ {"shape": "cone", "centre": [0.3, 0.3, 0.7], "diameter": 0.2, "height": 0.2},
+ {"shape": "capsule", "centre": [0.7, 0.3, 0.7], "diameter": 0.1, "height": 0.2},
+ {"shape": "torus", "centre": [0.5, 0.6, 0.5], "diameter": 0.4, "tube": 0.1}]})"};
 
 std::vector<std::string> scene_seeds()
 {

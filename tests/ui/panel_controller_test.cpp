@@ -9,8 +9,10 @@
 #include <fstream>
 
 #include "host/base/errors.h"
+#include "host/base/font_file.h"
 #include "host/base/json_reader.h"
 #include "host/scene/presets.h"
+#include "host/scene/shapes.h"
 #include "host/ui/material_feel.h"
 #include "host/ui/scene_list.h"
 #include "host/ui/session_line.h"
@@ -91,6 +93,74 @@ TEST(Panel, KnowsTheScenesBesideItsOwn)
     EXPECT_EQ(std::count(scenes.begin(), scenes.end(), "scenes/pot.json"), 1);
     EXPECT_TRUE(std::is_sorted(scenes.begin(), scenes.end()));
     EXPECT_EQ(scenes_beside("no/such/scene.json").size(), 1u);
+}
+
+// Each above all that was there, of the chosen object's material.
+TEST(Panel, AddsEachShapeAboveTheClay)
+{
+    for (const unsigned place : {unsigned(in_window), unsigned(in_headset)}) {
+        PanelSession session(place);
+        EXPECT_TRUE(session.act(Control::preset, session.choice(Control::preset, "plasticine")));
+        ASSERT_EQ(session.shown(Control::add).choices.size(), new_shapes.size());
+        for (std::size_t i = 0; i < new_shapes.size(); ++i) {
+            if (new_shapes[i].shape == ShapeKind::text && font_file().empty()) continue;
+            const std::size_t before = session.live.state()->document->objects.size();
+            ASSERT_TRUE(session.act(Control::add, int(i)))
+                << session.live.state()->refusal << " " << new_shapes[i].name;
+            const DocumentPtr document = session.live.state()->document;
+            ASSERT_EQ(document->objects.size(), before + 1);
+            const SceneObject& added = *document->objects.back();
+            EXPECT_EQ(added.source.shape, new_shapes[i].shape);
+            EXPECT_EQ(added.name, new_shapes[i].name);
+            EXPECT_EQ(added.material.name, "plasticine");
+            EXPECT_EQ(session.panel.ui.chosen, added.id) << "the new one is chosen";
+            const Box3<double> box = box_of(object_of(added));
+            for (std::size_t k = 0; k < before; ++k) {
+                const Box3<double> other = box_of(object_of(*document->objects[k]));
+                const bool apart = box.low.y > other.high.y || box.low.x > other.high.x ||
+                                   box.high.x < other.low.x || box.low.z > other.high.z ||
+                                   box.high.z < other.low.z;
+                EXPECT_TRUE(apart) << added.name << " and " << document->objects[k]->name;
+            }
+            // Room for the next.
+            if (before > 1) {
+                EXPECT_TRUE(session.act(Control::remove));
+            }
+        }
+        const std::size_t count = session.live.state()->document->objects.size();
+        EXPECT_TRUE(session.act(Control::undo));
+        EXPECT_NE(session.live.state()->document->objects.size(), count);
+    }
+}
+
+TEST(Panel, NamesAndTextsOfAddedObjects)
+{
+    PanelSession session;
+    const auto last = [&] { return *session.live.state()->document->objects.back(); };
+    EXPECT_TRUE(session.act(Control::rename, std::string("ball")));
+    EXPECT_TRUE(session.act(Control::add, 0));
+    EXPECT_EQ(last().name, "ball 2");
+    EXPECT_EQ(std::get<std::string>(session.shown(Control::add_text).value), "knead");
+    const int text = int(new_shapes.size()) - 1;
+    ASSERT_EQ(new_shapes.back().shape, ShapeKind::text);
+    if (!font_file().empty()) {
+        EXPECT_TRUE(session.act(Control::add_text, std::string("Hi")));
+        EXPECT_TRUE(session.act(Control::add, text)) << session.live.state()->refusal;
+        EXPECT_EQ(last().source.text, "Hi");
+    }
+    EXPECT_TRUE(session.act(Control::add_text, std::string(" \n")));
+    const std::size_t count = session.live.state()->document->objects.size();
+    EXPECT_FALSE(session.act(Control::add, text));
+    EXPECT_NE(session.live.state()->refusal.find("text: expected"), std::string::npos);
+    EXPECT_EQ(session.live.state()->document->objects.size(), count);
+    EXPECT_TRUE(session.act(Control::add, 99)) << "without effect";
+    EXPECT_EQ(session.live.state()->document->objects.size(), count);
+    // Without objects, of clay.
+    while (!session.live.state()->document->objects.empty())
+        ASSERT_TRUE(session.act(Control::remove));
+    EXPECT_TRUE(session.act(Control::add, 0));
+    EXPECT_EQ(last().material.name, "clay");
+    EXPECT_EQ(last().name, "ball");
 }
 
 TEST(Panel, ControlsReachTheSolver)

@@ -100,6 +100,8 @@ TEST(Panels, OfWindowAndHeadsetGiveEqualCommandsForOneScript)
         {"right tool", choose(Control::right_tool, "knife")},
         {"left tool", choose(Control::left_tool, "cone")},
         {"bare right hand", choose(Control::right_tool, "bare hand")},
+        {"a box is added", choose(Control::add, "box")},
+        {"a torus is added", choose(Control::add, "torus")},
         {"finer surface",
          [](PanelDriver& hand, PanelSession&) {
              hand.press({Control::surface, 0}, 1);
