@@ -203,6 +203,9 @@ void read_root(ObjectReader& r, Scene& scene)
     r.object("contact", [&](ObjectReader& in) {
         scene.setup.grid_contact = in.flag("grid", true);
         scene.setup.passes = in.whole("passes", 0, 16, Setup{}.passes);
+        scene.setup.contact.separate =
+            in.choice("categories", {{"weld", false}, {"separate", true}}, false);
+        scene.setup.contact.friction = in.number("friction", {0, 2}, BodyContact{}.friction);
     });
     read_time(r, scene);
     r.object("rest", [&](ObjectReader& in) { read_rest(in, scene); });

@@ -67,7 +67,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         stage_times[stage_pose].seconds += wall_seconds() - start;
         start = wall_seconds();
         bins.fill(lattice.block_count(), lattice.blocks(), threads);
-        if (posed.blades) find_splits();
+        if (field_count() > 1) find_splits();
         stage_times[stage_bin].seconds += wall_seconds() - start;
         p2g(dt);
         grid_update(dt);
@@ -121,7 +121,7 @@ void CpuSolver<R>::for_each_group(Bins::Members members, Visit&& visit)
 template <class R>
 void CpuSolver<R>::p2g(R dt)
 {
-    for (int f = 0; f < (posed.blades ? 3 : 1); ++f) sums[f].resize(bins.occupied.size());
+    for (int f = 0; f < field_count(); ++f) sums[f].resize(bins.occupied.size());
     for_each(int(bins.occupied.size()), stage_p2g, [&](int slot, ThreadStats&) {
         const int block = bins.occupied[std::size_t(slot)];
         if (!split.empty() && split[std::size_t(block)]) return scatter_cut(slot, dt);
@@ -159,24 +159,26 @@ void CpuSolver<R>::p2g(R dt)
 }
 
 // Blocks near a blade scatter into three tiles: all clay, and per label the clay of this label and
-// uncut clay.
+// uncut clay. With bodies: all clay, and one tile per colour.
 template <class R>
 void CpuSolver<R>::scatter_cut(int slot, R dt)
 {
-    for (Sums& tiles : sums) tiles[std::size_t(slot)] = {};
+    const auto fields = std::uint32_t(field_count());
+    const bool colours = bodies.colours > 0;
+    for (std::uint32_t f = 0; f < fields; ++f) sums[f][std::size_t(slot)] = {};
     const Int3 corner = 4 * lattice.block_at(bins.occupied[std::size_t(slot)]);
     for (int i : bins.members(slot)) {
         Particle<R> p = q[std::size_t(i)];
         p.v = p.v + stillness.rise(p, gravity, dt);
         Material<R> room;
+        const std::uint32_t own = field_of(p.object, p.label());
         const Stencil<R> s = stencil(p.x, lattice.dx);
         scatter(p, stillness.felt(p, materials, room), s, lattice.dx, dt,
                 [&](Int3 step, const Node<R>& share) {
                     const int n = tile_index(s.base + step - corner);
-                    for (std::uint32_t f :
-                         {std::uint32_t(uncut), std::uint32_t(above), std::uint32_t(below)}) {
+                    for (std::uint32_t f = 0; f < fields; ++f) {
                         Node<R>& to = sums[f][std::size_t(slot)].node[n];
-                        if (f == uncut || p.label() != opposite(f))
+                        if (f == uncut || (colours ? f == own : p.label() != opposite(f)))
                             to = node(four(to) + four(share));
                     }
                 });
@@ -267,9 +269,9 @@ void CpuSolver<R>::g2p(R dt)
         std::vector<int> movers;
         if (held_here) members = movers_among(members, movers);
         if (held_here && movers.empty() && !stillness.feels(block)) return;
-        Tile<R> tiles[3];
+        Tile<R> tiles[most_fields];
         const bool cut_here = !split.empty() && split[std::size_t(block)];
-        for (int f = 0; f < (cut_here ? 3 : 1); ++f)
+        for (int f = 0; f < (cut_here ? field_count() : 1); ++f)
             load_tile(grid[f], lattice.block_at(block), tiles[f]);
         if (held_here && (!movers.empty() || pushes(slot, dt, tiles)))
             stillness.roused[std::size_t(block)] = 1;
@@ -301,7 +303,7 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         for (int l = 0; l < group.size; ++l) before[l] = {group.of[l]->x, group.of[l]->sides};
         const Material<R>& m = materials[std::size_t(group.of[0]->object)];
         Moved<R> moved = gather_and_move(group, m.mass, lattice.dx, dt, [&](int l, Int3 base) {
-            return tiles[cut_here ? group.of[l]->sides : 0].node + tile_index(base - corner);
+            return tiles[cut_here ? field_of(group.of[l]->object, group.of[l]->label()) : 0].node + tile_index(base - corner);
         });
         Particle<Lanes<R>>& p = moved.p;
         lap(stage_g2p);
@@ -374,7 +376,7 @@ template <class R>
 std::size_t CpuSolver<R>::memory() const
 {
     std::size_t bytes = 0;
-    for (int f = 0; f < 3; ++f)
+    for (int f = 0; f < most_fields; ++f)
         bytes += sums[f].capacity() * sizeof(Tile<R>) + grid[f].capacity() * sizeof(Node<R>);
     return q.capacity() * (sizeof(Particle<R>) + 3 * sizeof(int)) +
            splats.capacity() * (sizeof(Gaussian<R>) + sizeof(int)) +
