@@ -14,14 +14,11 @@ struct Fields {
     int parity, i;  // of the thread's node
 
     __device__ int at(int field, int node) const { return field * d.lattice.node_count() + node; }
-    __device__ long long* sums(int place) const
-    {
-        return d.sums[parity] + 4 * std::size_t(place);
-    }
+    __device__ long long* sums(int place) const { return d.sums[parity] + 4 * std::size_t(place); }
     __device__ float mass(int field, int node) const
     {
         if constexpr (fixed_point)
-            return float(double(sums(at(field, node))[3]) / double(d.mass_scale));
+            return 1 / d.mass_scale * __ll2float_rn(sums(at(field, node))[3]);
         else
             return d.nodes[parity][at(field, node)].w;
     }
@@ -29,8 +26,8 @@ struct Fields {
     {
         if constexpr (fixed_point) {
             const long long* s = sums(at(field, i));
-            const double p = 1 / double(d.momentum_scale);
-            return {float(p * double(s[0])), float(p * double(s[1])), float(p * double(s[2]))};
+            const float p = 1 / d.momentum_scale;  // a power of two: exact
+            return {p * __ll2float_rn(s[0]), p * __ll2float_rn(s[1]), p * __ll2float_rn(s[2])};
         } else {
             const float4 n = d.nodes[parity][at(field, i)];
             return {n.x, n.y, n.z};

@@ -55,8 +55,8 @@ HD R spline(R t)
 }
 
 // Depth T [cells] of a node below a surface, from the ratio r of its share to that of a node `h`
-// cells deeper: share(T) = r share(T + h). -1.5 for r = 0, 1.5 for r >= 1. To 1e-5 cells: bisection,
-// then Newton steps.
+// cells deeper: share(T) = r share(T + h). -1.5 for r = 0, 1.5 for r >= 1. To 1e-5 cells:
+// bisection, then Newton steps.
 template <class R>
 HD R depth_of_ratio(R r, R h)
 {
@@ -108,10 +108,11 @@ HD Gap<R> gap_between(Volume&& volume)
     }
     const R a = dot(slope[0], slope[0]), b = dot(slope[1], slope[1]);
     if (!(a + b > 0)) return {{}, 0, false};
-    const auto sharper = [](R share) {  // to the eighth power: nearly the normal of the sharper field
-        const R square = share * share, fourth = square * square;
-        return fourth * fourth;
-    };
+    const auto sharper =
+        [](R share) {  // to the eighth power: nearly the normal of the sharper field
+            const R square = share * share, fourth = square * square;
+            return fourth * fourth;
+        };
     const Vec3<R> towards = sharper(b / (a + b)) * slope[1] - sharper(a / (a + b)) * slope[0];
     const R size = length(towards);
     if (!(size > 0)) return {{}, 0, false};
@@ -172,10 +173,8 @@ HD bool separate_fields(const BodyFields<R>& fields, R dx, R dt, Mass&& mass, Mo
     for (int c = 1; c <= fields.colours; ++c) here += mass(c, Int3{}) > 0;
     bool any = false;
     ROLLED
-    for (int sweep = here < 2 ? 2 : here > 2 ? 0 : 1; sweep < 2; ++sweep)
-        ROLLED
-    for (int a = 1; a < fields.colours; ++a)
-        ROLLED
+    for (int sweep = here < 2 ? 2 : here > 2 ? 0 : 1; sweep < 2; ++sweep) ROLLED
+    for (int a = 1; a < fields.colours; ++a) ROLLED
     for (int b = a + 1; b <= fields.colours; ++b) {
         const R mass_a = mass(a, Int3{}), mass_b = mass(b, Int3{});
         if (!(mass_a > 0 && mass_b > 0)) continue;

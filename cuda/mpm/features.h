@@ -113,13 +113,12 @@ constexpr Features combination(std::size_t k)
 template <bool tools, bool fixed_point, bool blades, bool rests, bool mixed,
           PlasticityClass plasticity, bool mean_pressure, bool bodies>
 struct Case {
-    static constexpr Features features{tools, fixed_point, blades,       rests,
+    static constexpr Features features{tools, fixed_point, blades,        rests,
                                        mixed, plasticity,  mean_pressure, bodies};
 };
 template <Features f>
-using CaseOf =
-    Case<f.tools, f.fixed_point, f.blades, f.rests, f.mixed, f.plasticity, f.mean_pressure,
-         f.bodies>;
+using CaseOf = Case<f.tools, f.fixed_point, f.blades, f.rests, f.mixed, f.plasticity,
+                    f.mean_pressure, f.bodies>;
 
 // Returns kernel(Case) for the first combination that serves. `relevant` clears the features that
 // the stage does not depend on, so that they do not multiply its kernels.

@@ -448,10 +448,7 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
 
 constexpr Features relevant(Features f)
 {
-    return {.tools = f.tools,
-            .fixed_point = f.fixed_point,
-            .blades = f.blades,
-            .bodies = f.bodies};
+    return {.tools = f.tools, .fixed_point = f.fixed_point, .blades = f.blades, .bodies = f.bodies};
 }
 
 struct Launch {

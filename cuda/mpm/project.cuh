@@ -28,8 +28,7 @@ __device__ const float4* nodes_for(const G2pView& d, const Particle<float>& q, i
 {
     const float4* nodes = d.velocities[n & 1];
     if constexpr (blades) nodes += q.label() * unsigned(d.lattice.node_count());
-    if constexpr (bodies)
-        nodes += d.materials.colours[q.object] * d.lattice.node_count();
+    if constexpr (bodies) nodes += d.materials.colours[q.object] * d.lattice.node_count();
     return nodes;
 }
 

@@ -86,8 +86,7 @@ __device__ Way field_around(const DeformView& d, Vec3<float> x, int i, int n,
     if constexpr (f.blades)
         nodes +=
             Gaussian<float>{.sides = d.splats.sides[i]}.label() * unsigned(d.lattice.node_count());
-    if constexpr (f.bodies)
-        nodes += d.colours[d.splats.objects[i]] * d.lattice.node_count();
+    if constexpr (f.bodies) nodes += d.colours[d.splats.objects[i]] * d.lattice.node_count();
     const Offsets o = offsets(d.lattice, base);
     bool held;
     field = field_at(x, d.lattice.spacing, held, [&](Int3 step) {

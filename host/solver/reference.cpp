@@ -172,7 +172,8 @@ void Reference::grid(double dt)
                 if (!scene.grid_contact) return false;
                 const Vec3<double> x = lattice.position(n), free = u;
                 u = apply_tools(tools, active, x, u);
-                if (blades && f != uncut) u = sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
+                if (blades && f != uncut)
+                    u = sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
                 return differ(u, free);
             };
             for (int k = 0; k < mirror_count(mirror_offset); ++k)

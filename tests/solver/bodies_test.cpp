@@ -1,13 +1,15 @@
 // Bodies: objects of unlike category that do not weld. (25a): they touch without a gap, slide with
 // Coulomb friction, roll, part without pull, and keep momentum and energy, with every solver.
+#include "host/solver/bodies.h"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <fmt/format.h>
 
 #include "host/scene/presets.h"
 #include "host/solver/audit.h"
-#include "host/solver/bodies.h"
 #include "host/verify/cases.h"
 #include "host/verify/clay.h"
 #include "tests/solver/back_ends.h"
@@ -62,10 +64,10 @@ Given box(Int3 cells, double friction, ContactMode mode = ContactMode::separate)
     return s;
 }
 
-// A block of a category of its own, its lowest corner in cells from that of the box.
-int put(Given& s, Vec3<double> at, Vec3<double> size, double density = 1000, double young = 1e6)
+// An elastic block of a category of its own, its lowest corner in cells from that of the box.
+int put(Given& s, Vec3<double> at, Vec3<double> size, double density = 1000)
 {
-    Material<double> m = elastic(young, 0.3, density);
+    Material<double> m = elastic(3e5 * density / 1000, 0.3, density);  // equal speed of sound
     m.category = int(s.materials.size());
     const Vec3<double> from = s.walls.min + dx * at;
     return fill(s, m, from, from + dx * size, 2);
@@ -124,48 +126,51 @@ Vec3<double> momentum_of(const Given& s, const Particles& all)
 TEST_P(BodiesTouch, WithoutAGapAfterADrop)
 {
     for (const double ratio : {1.0, 0.1, 10.0}) {
-        Given s = box({16, 20, 16}, 0.4);
-        put(s, {3, 0, 3}, {10, 4, 10});
-        put(s, {5, 4 + 1.7 + (ratio > 1 ? 0.3 : 0), 5.2}, {6, 4, 6}, 1000 * ratio);
+        Given s = box({11, 14, 11}, 0.4);
+        put(s, {2, 0, 2}, {7, 3, 7}, ratio > 1 ? 1000 / ratio : 1000);
+        put(s, {3.3, 3 + 1.2, 3.2}, {4, 3, 4}, ratio < 1 ? 1000 * ratio : 1000);
         const auto solver = make(s);
         const double start = energy(s, s.particles);
-        for (int f = 0; f < 25; ++f) {
+        double rest = 0;
+        for (int f = 0; f < 20; ++f) {
             solver->advance({}, 0.02);
             EXPECT_LE(energy(s, solver->particles()), start * (1 + 1e-6)) << f;
+            if (f >= 15) rest += gap(solver->particles(), 0, 1) / 5;
         }
-        const double rest = gap(solver->particles(), 0, 1);
-        note(fmt::format("gap {}", ratio), rest);
+        note(fmt::format("gap, densities 1 to {}", ratio), rest);
         EXPECT_GE(rest, ratio == 1 ? 0.98 : 0.93);
         EXPECT_LE(rest, 1.14);
     }
 }
 
-// A block on a slab that is pushed loses f g.
+// A block that is at rest on a slab and is pushed loses f g.
 TEST_P(BodiesTouch, WithCoulombFriction)
 {
-    for (const double f : {0.2, 0.4, 0.8})
-        for (const double ratio : {1.0, 0.1, 10.0}) {
-            if (ratio != 1 && f != 0.4) continue;
-            Given s = box({32, 14, 14}, f);
-            put(s, {1, 0, 3}, {30, 4, 8});
-            put(s, {4, 4, 4}, {6, 4, 6}, 1000 * ratio);
-            s.walls.mode = ContactMode::sticky;
-            const double speed = 1;
-            const auto solver = make([&] {
-                Given pushed = s;
-                for (auto& q : pushed.particles) q.v.x = q.object == 1 ? speed : 0;
-                return pushed;
-            }());
-            const double early = 0.02, late = 0.08;
-            const auto at = [&] { return body(solver->particles(), 1).velocity.x; };
-            for (int k = 0; k < 2; ++k) solver->advance({}, early / 2);
-            const double before = at();
-            for (int k = 0; k < 6; ++k) solver->advance({}, (late) / 6);
-            const double lost = (before - at()) / late / (f * g);
-            note(fmt::format("slide {} ratio {}", f, ratio), lost);
-            EXPECT_GE(lost, 0.97);
-            EXPECT_LE(lost, 1.10);
+    for (const double ratio : {1.0, 0.1, 10.0}) {
+        Given s = box({26, 9, 12}, 0);
+        s.walls.mode = ContactMode::sticky;
+        put(s, {1, 0, 1}, {24, 3, 10}, ratio > 1 ? 1000 / ratio : 1000);
+        put(s, {3, 3, 2}, {8, 4, 8}, ratio < 1 ? 1000 * ratio : 1000);
+        {
+            const auto settles = make(s);
+            for (int k = 0; k < 8; ++k) settles->advance({}, 0.02);
+            s.particles = settles->particles();
         }
+        for (auto& q : s.particles) q.C = {}, q.v = {q.object == 1 ? 1.2 : 0, 0, 0};
+        for (const double f : {0.2, 0.4, 0.8}) {
+            if (ratio != 1 && f != 0.4) continue;
+            s.contact.friction = f;
+            const auto solver = make(s);
+            const auto speed = [&] { return body(solver->particles(), 1).velocity.x; };
+            solver->advance({}, 0.01);
+            const double before = speed(), time = 0.1;
+            for (int k = 0; k < 6; ++k) solver->advance({}, time / 6);
+            const double lost = (before - speed()) / time / (f * g);
+            note(fmt::format("loss over f g, f {}, densities 1 to {}", f, ratio), lost);
+            EXPECT_GE(lost, 0.97);
+            EXPECT_LE(lost, ratio == 1 ? 1.08 : 1.10);
+        }
+    }
 }
 
 // What bodies lose and gain is equal; angular momentum as the transfers have it.
@@ -231,8 +236,8 @@ TEST_P(BodiesTouch, AndALiftedBunPullsWithLessThanAHundredthOfItsWeight)
     std::erase_if(alone.particles, [](const auto& q) { return q.object == 1; });
     const auto other = make(alone);
     for (int f = 0; f < 5; ++f) solver->advance({}, frame), other->advance({}, frame);
-    const double pulled = lower * (body(solver->particles(), 0).velocity.y -
-                                   body(other->particles(), 0).velocity.y);
+    const double pulled =
+        lower * (body(solver->particles(), 0).velocity.y - body(other->particles(), 0).velocity.y);
     note("pull over weight", pulled / (mass * g * 5 * frame));
     EXPECT_LT(pulled, 0.01 * mass * g * 5 * frame);
 }
@@ -241,12 +246,12 @@ TEST_P(BodiesTouch, AndALiftedBunPullsWithLessThanAHundredthOfItsWeight)
 TEST_P(BodiesTouch, AndABallRollsOnABlock)
 {
     const double radius = 4 * dx, v0 = 1, f = 0.4;
-    Given s = box({48, 20, 16}, f);
+    Given s = box({38, 16, 12}, f);
     s.walls.mode = ContactMode::sticky;
-    put(s, {1, 0, 1}, {46, 4, 14});
-    Material<double> m = elastic(1e6, 0.3, 1000);
+    put(s, {1, 0, 1}, {36, 3, 10});
+    Material<double> m = elastic(3e5, 0.3, 1000);
     m.category = 1;
-    const Vec3<double> centre = s.walls.min + Vec3<double>{6 * dx, 4 * dx + radius, 8 * dx},
+    const Vec3<double> centre = s.walls.min + Vec3<double>{6 * dx, 3 * dx + radius, 6 * dx},
                        edge = {radius, radius, radius};
     fill(s, m, centre - edge, centre + edge, 2,
          [&](Vec3<double> x) { return length(x - centre) < radius; });
@@ -266,8 +271,8 @@ TEST_P(BodiesTouch, AndABallRollsOnABlock)
 // Three blocks of three categories, one on the other, stand.
 TEST_P(BodiesTouch, AndAStackStands)
 {
-    Given s = box({14, 18, 14}, 0.4);
-    for (int k = 0; k < 3; ++k) put(s, {4, 4.0 * k, 4}, {6, 4, 6});
+    Given s = box({10, 14, 10}, 0.4);
+    for (int k = 0; k < 3; ++k) put(s, {3, 3.0 * k, 3}, {4, 3, 4});
     const auto solver = make(s);
     const double start = energy(s, s.particles);
     const auto run = [&](double time) {
@@ -285,7 +290,7 @@ TEST_P(BodiesTouch, AndAStackStands)
     note("moved [dx]", length(body(all, 2).middle - body(settled, 2).middle) / dx);
     for (int k = 0; k < 2; ++k) {
         note("gap", gap(all, k, k + 1));
-        EXPECT_NEAR(gap(all, k, k + 1), 1.05, 0.12);
+        EXPECT_NEAR(gap(all, k, k + 1), 1.02, 0.12);
     }
 }
 
@@ -308,8 +313,7 @@ TEST_P(BodiesTouch, AndThreeMeetAtAnEdge)
     const Particles all = solver->particles();
     EXPECT_LT(length(momentum_of(s, all) - start) / length(start),
               GetParam().reference ? 1e-12 : 2e-6);
-    for (int k = 0; k < 2; ++k)
-        EXPECT_GT(body(all, 2).low.y - face(all, k, false), 0.5 * h) << k;
+    for (int k = 0; k < 2; ++k) EXPECT_GT(body(all, 2).low.y - face(all, k, false), 0.5 * h) << k;
     note("closest [h]", (body(all, 2).low.y - face(all, 0, false)) / h);
 }
 

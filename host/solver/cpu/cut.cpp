@@ -88,7 +88,7 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, ThreadSta
     for (int k = 0; k < count; ++k) {
         const Int3 m = mirror_node(n, across, k);
         if (k && !(v[0][k].m > 0)) continue;  // updated with its own block
-        if (apart) {  // field 0: the mean velocity
+        if (apart) {                          // field 0: the mean velocity
             Node<R>& mean = grid[0][std::size_t(lattice.index(m))];
             mean = {};
             for (int f = 1; f < fields; ++f) {

@@ -103,24 +103,10 @@ template <class Change>
 void CpuSolver<R>::all_or_nothing(std::vector<Particle<R>> clay, std::vector<int> order,
                                   Change&& change)
 {
-    Backup before{book,
-                  walls,
-                  gravity,
-                  materials,
-                  shared_pressure,
-                  posed,
-                  stillness,
-                  splats,
-                  {},
-                  bodies,
-                  body_constants,
-                  split,
-                  stage_times,
-                  arranged,
-                  splats_arranged,
-                  was_covered,
-                  most,
-                  changes};
+    Backup before{book,           walls,     gravity,     materials, shared_pressure,
+                  posed,          stillness, splats,      {},        bodies,
+                  body_constants, split,     stage_times, arranged,  splats_arranged,
+                  was_covered,    most,      changes};
     for (std::size_t f = 0; f < std::size_t(most_fields); ++f) before.sliding[f] = sliding[f];
     before.q = std::exchange(q, std::move(clay)), before.ids = std::exchange(ids, std::move(order));
     arranged = false;

@@ -303,7 +303,8 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         for (int l = 0; l < group.size; ++l) before[l] = {group.of[l]->x, group.of[l]->sides};
         const Material<R>& m = materials[std::size_t(group.of[0]->object)];
         Moved<R> moved = gather_and_move(group, m.mass, lattice.dx, dt, [&](int l, Int3 base) {
-            return tiles[cut_here ? field_of(group.of[l]->object, group.of[l]->label()) : 0].node + tile_index(base - corner);
+            return tiles[cut_here ? field_of(group.of[l]->object, group.of[l]->label()) : 0].node +
+                   tile_index(base - corner);
         });
         Particle<Lanes<R>>& p = moved.p;
         lap(stage_g2p);

@@ -237,11 +237,11 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     Sums sums[most_fields];                        // one tile per occupied block
     std::vector<Node<R>> grid[most_fields];        // node_count velocities
     std::vector<Sliding<R>> sliding[most_fields];  // at walls, see sliding.h
-    int substeps = 1;                    // number of substeps so far, plus one
-    std::vector<char> split;             // per block: nodes have all fields; empty if there is one
-    bool was_covered = false;            // a blade was in the clay at the end of the last frame
-    Extremes most{};                     // of the clay after the last substep
-    long changes = 0;                    // version(): frames and edits
+    int substeps = 1;                              // number of substeps so far, plus one
+    std::vector<char> split;   // per block: nodes have all fields; empty if there is one
+    bool was_covered = false;  // a blade was in the clay at the end of the last frame
+    Extremes most{};           // of the clay after the last substep
+    long changes = 0;          // version(): frames and edits
     std::vector<ThreadStats> thread_stats;
     std::vector<StageTime> stage_times;
 };

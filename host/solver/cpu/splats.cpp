@@ -54,7 +54,8 @@ void CpuSolver<R>::deform(const Lag& lag, bool clear)
                 for (int f = 0; f < (cut_here ? field_count() : 1); ++f)
                     load_tile(grid[f], lattice.block_at(block), tiles[f]);
             }
-            const Node<R>* nodes = tiles[cut_here ? field_of(g.object, g.label()) : 0].node + tile_index(base - corner);
+            const Node<R>* nodes = tiles[cut_here ? field_of(g.object, g.label()) : 0].node +
+                                   tile_index(base - corner);
             const auto node = [&](Int3 step) {
                 return node_share(nodes[tile_index(step)], per_mass);
             };

@@ -103,7 +103,8 @@ void GpuSolver::walk(const StageObserver& watch) const
     };
     int k = 0;
     for (; k < warm + repeats && under_way(); ++k) {
-        if (features.bodies) watch("separate", [&] { separate(views, features, processors, main); });
+        if (features.bodies)
+            watch("separate", [&] { separate(views, features, processors, main); });
         watch("grid", [&] { grid(views, features, processors, main); });
         if (k % follow_every == follow_every - 1) deforms(false);
         watch("g2p", [&] {

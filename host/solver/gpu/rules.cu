@@ -68,11 +68,10 @@ void fill(DeviceArray<T>& to, const std::vector<T>& from)
 
 void Store::set_features(const Features& features)
 {
-    const bool same_nodes = features.tools == used.tools && features.blades == used.blades &&
-                            features.rests == used.rests &&
-                            features.fixed_point == used.fixed_point &&
-                            features.mean_pressure == used.mean_pressure &&
-                            features.colours == used.colours;
+    const bool same_nodes =
+        features.tools == used.tools && features.blades == used.blades &&
+        features.rests == used.rests && features.fixed_point == used.fixed_point &&
+        features.mean_pressure == used.mean_pressure && features.colours == used.colours;
     used = features;
     if (same_nodes) return;
     set_box(all.lattice);
@@ -90,12 +89,9 @@ void Store::set_rules(const SceneState& rules)
     const Bodies bodies = bodies_of(config);
     fill(colours, bodies.colour);
     all.bodies = body_fields<float>(bodies, config);
-    all.materials = {first,
-                     1 / first.density,
-                     1 / first.mass,
-                     materials.data(),
-                     int(each.size()),
-                     colours.data()};
+    all.materials = {
+        first,         1 / first.density, 1 / first.mass, materials.data(), int(each.size()),
+        colours.data()};
     all.walls = walls_on<float>(config.lattice, config.walls);
     const auto wanted = std::size_t(sliding_places(all.walls)) * std::size_t(field_count(used));
     if (sliding.size() != wanted) sliding = DeviceArray<Sliding<float>>(wanted);
