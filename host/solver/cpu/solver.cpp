@@ -124,9 +124,11 @@ void CpuSolver<R>::p2g(R dt)
     for (int f = 0; f < field_count(); ++f) sums[f].resize(bins.occupied.size());
     for_each(int(bins.occupied.size()), stage_p2g, [&](int slot, ThreadStats&) {
         const int block = bins.occupied[std::size_t(slot)];
-        if (!split.empty() && split[std::size_t(block)]) return scatter_cut(slot, dt);
-        Tile<R>& tile = sums[0][std::size_t(slot)];
-        tile = {};
+        const bool split_here = !split.empty() && split[std::size_t(block)],
+                   apart = split_here && bodies.colours > 0;
+        if (split_here && !apart) return scatter_cut(slot, dt);
+        for (int f = 0; f < (apart ? field_count() : 1); ++f) sums[f][std::size_t(slot)] = {};
+        Node<R>*const all = sums[0][std::size_t(slot)].node, *field = all;
         const Int3 corner = 4 * lattice.block_at(block);
         // The sum of a cell continues across groups: it must not depend on the number of lanes.
         Row<R> cell[9] = {};
@@ -135,11 +137,16 @@ void CpuSolver<R>::p2g(R dt)
         {
             UNROLL
             for (int n = 0; n < 9; ++n) {
-                knead::add(cell[n], tile.node + to + tile_index({0, n % 3, n / 3}));
+                const int from = to + tile_index({0, n % 3, n / 3});
+                knead::add(cell[n], all + from);
+                if (field != all) knead::add(cell[n], field + from);  // of the body's colour
                 cell[n] = {};
             }
         };
         for_each_group(bins.members(slot), [&](const Group<R>& group) {
+            const std::uint32_t colour = apart ? field_of(group.of[0]->object, 0) : 0;
+            Node<R>* const own = sums[colour][std::size_t(slot)].node;
+            if (own != field) hand_over(at), field = own;
             Material<R> room;
             const Impulses<R> from =
                 impulses(group, stillness.felt(*group.of[0], materials, room),
@@ -159,26 +166,24 @@ void CpuSolver<R>::p2g(R dt)
 }
 
 // Blocks near a blade scatter into three tiles: all clay, and per label the clay of this label and
-// uncut clay. With bodies: all clay, and one tile per colour.
+// uncut clay.
 template <class R>
 void CpuSolver<R>::scatter_cut(int slot, R dt)
 {
-    const auto fields = std::uint32_t(field_count());
-    const bool colours = bodies.colours > 0;
-    for (std::uint32_t f = 0; f < fields; ++f) sums[f][std::size_t(slot)] = {};
+    for (int f = 0; f < 3; ++f) sums[f][std::size_t(slot)] = {};
     const Int3 corner = 4 * lattice.block_at(bins.occupied[std::size_t(slot)]);
     for (int i : bins.members(slot)) {
         Particle<R> p = q[std::size_t(i)];
         p.v = p.v + stillness.rise(p, gravity, dt);
         Material<R> room;
-        const std::uint32_t own = field_of(p.object, p.label());
         const Stencil<R> s = stencil(p.x, lattice.dx);
         scatter(p, stillness.felt(p, materials, room), s, lattice.dx, dt,
                 [&](Int3 step, const Node<R>& share) {
                     const int n = tile_index(s.base + step - corner);
-                    for (std::uint32_t f = 0; f < fields; ++f) {
+                    for (std::uint32_t f :
+                         {std::uint32_t(uncut), std::uint32_t(above), std::uint32_t(below)}) {
                         Node<R>& to = sums[f][std::size_t(slot)].node[n];
-                        if (f == uncut || (colours ? f == own : p.label() != opposite(f)))
+                        if (f == uncut || p.label() != opposite(f))
                             to = node(four(to) + four(share));
                     }
                 });
