@@ -13,6 +13,7 @@
 #include "host/verify/cases.h"
 #include "host/verify/clay.h"
 #include "tests/solver/back_ends.h"
+#include "tests/solver/samples.h"
 
 namespace knead {
 namespace {
@@ -351,6 +352,48 @@ TEST_P(BodiesTouch, NothingChangesWhereNoneTouch)
         for (int f = 0; f < 3; ++f) one->advance({}, 0.02), other->advance({}, 0.02);
         const Particles a = one->particles(), b = other->particles();
         for (std::size_t i = 0; i < a.size(); ++i) ASSERT_EQ(length(a[i].x - b[i].x), 0) << i;
+    }
+}
+
+template <class R>
+class BodyContactOf : public ::testing::Test {
+};
+TYPED_TEST_SUITE(BodyContactOf, Scalars);
+
+TYPED_TEST(BodyContactOf, TheDepthBelowASurfaceFollowsFromTheRatioOfTwoNodes)
+{
+    using R = TypeParam;
+    for (const double h : {0.578, 0.8, 1.0})
+        for (double t = -1.45; t < 1.3; t += 0.05) {
+            const R ratio = share_below(R(t)) / share_below(R(t + h));
+            EXPECT_NEAR(depth_of_ratio(ratio, R(h)), t, 1e-3) << h;
+        }
+    EXPECT_EQ(depth_of_ratio(R(0), R(1)), R(-1.5));
+    EXPECT_EQ(depth_of_ratio(R(1), R(1)), R(1.5));
+    EXPECT_NEAR(share_below(R(0)), 0.5, 1e-7);
+    for (double t = -1.5; t <= 1.5; t += 0.1)  // a spline and its integral
+        EXPECT_NEAR((share_below(R(t + 0.01)) - share_below(R(t - 0.01))) / R(0.02), spline(R(t)),
+                    1e-3);
+}
+
+// Two half spaces with a gap between them, along an axis and along diagonals.
+TYPED_TEST(BodyContactOf, AGapBetweenHalfSpacesIsFoundWhereverNodesLie)
+{
+    using R = TypeParam;
+    for (const Vec3<double>& axis : {Vec3<double>{1, 0, 0}, Vec3<double>{1, 1, 0}}) {
+        const Vec3<double> n = (1 / length(axis)) * axis;
+        for (const double width : {0.0, 0.2, 0.5, 0.8})
+            for (double at = -0.4; at <= 0.4; at += 0.2) {
+                // The node lies `at` from the middle of the gap [cells].
+                const Gap<R> gap = gap_between<R>([&](int f, Int3 step) {
+                    const double x = at + n.x * step.x + n.y * step.y + n.z * step.z;
+                    return share_below(R(f ? x - width / 2 : -x - width / 2));
+                });
+                ASSERT_TRUE(gap.found);
+                EXPECT_NEAR(gap.n.x, n.x, 1e-5);
+                EXPECT_NEAR(gap.n.y, n.y, 1e-5);
+                if (axis.y == 0) EXPECT_NEAR(gap.width, std::fmax(0, width - touching), 2e-3) << at;
+            }
     }
 }
 
