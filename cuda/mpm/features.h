@@ -17,18 +17,26 @@ struct Features {
     bool mixed = false;        // particles of more than one object
     PlasticityClass plasticity = PlasticityClass::elastic;
     bool mean_pressure = false;  // some materials use cell-averaged pressure: see mean_pressure.h
+    bool bodies = false;         // a velocity field per colour: see body_contact.h
+    int colours = 0;             // how many: only decides what memory is needed
     bool splats = false;  // Gaussians follow the clay: the stage deform runs, others do not change
     bool operator==(const Features&) const = default;
 
-    // Whether kernels compiled for this set serve a scene that uses `other`. `splats` is ignored:
-    // it only decides whether the stage deform runs.
+    // Whether kernels compiled for this set serve a scene that uses `other`. `splats` and `colours`
+    // are ignored: they decide which stages run, and on how many fields.
     constexpr bool include(const Features& other) const
     {
         return tools >= other.tools && fixed_point >= other.fixed_point && blades >= other.blades &&
                rests >= other.rests && mixed >= other.mixed && plasticity >= other.plasticity &&
-               mean_pressure >= other.mean_pressure;
+               mean_pressure >= other.mean_pressure && bodies >= other.bodies;
     }
 };
+
+// Velocity fields at each node.
+constexpr int field_count(const Features& features)
+{
+    return features.blades ? 3 : 1 + features.colours;
+}
 
 // Particles per thread block at a time: three velocity fields fill shared memory sooner.
 constexpr int run_length(const Features& features) { return features.blades ? 64 : 128; }
@@ -74,6 +82,23 @@ inline constexpr Features compiled[] = {
      .mixed = true,
      .plasticity = PlasticityClass::any,
      .mean_pressure = true},
+    {.tools = true, .mixed = true, .plasticity = PlasticityClass::any, .bodies = true},
+    {.tools = true,
+     .rests = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any,
+     .bodies = true},
+    {.tools = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any,
+     .mean_pressure = true,
+     .bodies = true},
+    {.tools = true,
+     .rests = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any,
+     .mean_pressure = true,
+     .bodies = true},
 };
 
 constexpr std::size_t combinations = 2 * sizeof compiled / sizeof compiled[0];
@@ -86,14 +111,14 @@ constexpr Features combination(std::size_t k)
 
 // A combination as a type: nvcc (13.0) takes no structure for a kernel's template argument.
 template <bool tools, bool fixed_point, bool blades, bool rests, bool mixed,
-          PlasticityClass plasticity, bool mean_pressure>
+          PlasticityClass plasticity, bool mean_pressure, bool bodies>
 struct Case {
-    static constexpr Features features{tools, fixed_point, blades,       rests,
-                                       mixed, plasticity,  mean_pressure};
+    static constexpr Features features{tools, fixed_point, blades,        rests,
+                                       mixed, plasticity,  mean_pressure, bodies};
 };
 template <Features f>
-using CaseOf =
-    Case<f.tools, f.fixed_point, f.blades, f.rests, f.mixed, f.plasticity, f.mean_pressure>;
+using CaseOf = Case<f.tools, f.fixed_point, f.blades, f.rests, f.mixed, f.plasticity,
+                    f.mean_pressure, f.bodies>;
 
 // Returns kernel(Case) for the first combination that serves. `relevant` clears the features that
 // the stage does not depend on, so that they do not multiply its kernels.

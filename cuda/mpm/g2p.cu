@@ -33,7 +33,7 @@ __device__ bool may_yield(const Materials& materials, const Particle<float>& q)
 
 // The rest of a particle's state is loaded at once, not after the velocities.
 template <Features f>
-constexpr bool early = f.blades || f.rests || f.mean_pressure;
+constexpr bool early = f.blades || f.rests || f.mean_pressure || f.bodies;
 
 // For cell-averaged pressure.
 template <Features f>
@@ -91,7 +91,7 @@ __device__ Events advance_particle(const G2pView& d, const SubstepContext& later
     const auto particles = [&]() -> const ParticleView& { return d.particles[later.side]; };
     const auto own = [&] { return own_index<f>(later, d.particles[0].count); };
     if constexpr (early<f>) particles().load_strain(own().at, q);
-    const float4* nodes = nodes_for<f.blades>(d, q, n);
+    const float4* nodes = nodes_for<f.blades, f.bodies>(d, q, n);
     const Stencil<float> s = stencil(q.x, d.lattice.spacing);
     [[maybe_unused]] Quiet quiet{};
     if constexpr (f.rests) {
@@ -191,13 +191,14 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if constexpr (f.rests) note_end(d, q, last && happened.moved, later.n - 1);
     if (own.valid) to.store_state(own.at, q);
     if (own.valid && last) to.store_motion(own.at, q);
-    WarpScatter<f.blades> scatter{d, scratch.warps, later.n};
+    WarpScatter<f.blades, false, f.bodies> scatter{d, scratch.warps, later.n};
     if constexpr (f.mean_pressure)
         if (own.valid && !last) add_pressure(d.pressure, d.lattice, q, m, later.n);
     const bool heavy = f.rests && stands(d.rest.options.mode, q);
     if (heavy) q.v = held_rise(d.rest.gravity, later.dt), m = as_held(m);
     const float per_mass = f.mixed || heavy ? 1 / m.mass : d.materials.per_mass;
-    if (!last) scatter(q, m, per_mass, own.valid, later.dt);
+    const int field = f.bodies ? d.materials.colours[q.object] : 0;
+    if (!last) scatter(q, m, per_mass, own.valid, later.dt, field);
     const int own_activity = synchronised<f.rests>(happened.moved);
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
 }

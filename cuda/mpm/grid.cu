@@ -398,9 +398,57 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
     });
 }
 
+// With bodies: one velocity field per colour. Contact between them has changed the momenta already,
+// and field 0 has their masses (bodies.cu); here it gets their mean velocity.
+template <class Case>
+__global__ void __launch_bounds__(block_nodes, resident_cut)
+    body_grid_kernel(const __grid_constant__ GridUpdateView d)
+{
+    constexpr bool fixed_point = Case::features.fixed_point;
+    __shared__ ImageSpace scratch[block_nodes / 32];
+    wait_for_previous_stage();
+    if (blockIdx.x == 0) return scan_rim(d);
+    const auto start = synchronized_start<1>(d);
+    const int n = start.n, parity = n & 1, nodes = d.lattice.node_count();
+    const float dt = start.dt;
+    if (!(dt > 0)) return;
+    const Colliders<float> colliders = d.contact.colliders(n);
+    for_each_block<false, fixed_point>(d, start, false, [&](const int(&blocks)[1], bool) {
+        const int b = blocks[0];
+        if (b < 0) return;
+        const int i = b * block_nodes + int(threadIdx.x);
+        const Int3 at = d.lattice.node_at(i);
+        const Mask& mask = d.masks[b];
+        MirrorNodes mirrors(scratch[threadIdx.x >> 5]);
+        const bool is_mirror = load_mirrors<fixed_point>(d, parity, at, i, mirrors);
+        const bool clay = sum_of<fixed_point>(d, parity, i).m > 0;
+        if (clay && is_mirror) return;
+        if (!clay) mirrors.mirror_offset = {};
+        const auto tools = [&](Vec3<float> x, Vec3<float> u) {
+            return d.grid_contact ? apply_tools(colliders, mask, x, u) : u;
+        };
+        ROLLED
+        for (int f = 1; f < d.fields; ++f)
+            node_at(d, parity, f * nodes + i) =
+                updated_in<fixed_point>(d, n, dt, at, f, i, mirrors, tools);
+        ROLLED
+        for (int k = 0; k < mirrors.count(); ++k) {
+            const int to = mirrors.count() > 1 ? mirrors.index(k) : i;
+            Node<float> mean{};
+            ROLLED
+            for (int f = 1; f < d.fields; ++f) {
+                const Node<float> own = node_at(d, parity, f * nodes + to);
+                mean = {mean.p + own.m * own.p, mean.m + own.m};
+            }
+            if (mean.m > 0) mean.p = (1 / mean.m) * mean.p;
+            node_at(d, parity, to) = mean;
+        }
+    });
+}
+
 constexpr Features relevant(Features f)
 {
-    return {.tools = f.tools, .fixed_point = f.fixed_point, .blades = f.blades};
+    return {.tools = f.tools, .fixed_point = f.fixed_point, .blades = f.blades, .bodies = f.bodies};
 }
 
 struct Launch {
@@ -411,6 +459,8 @@ constexpr auto launch_for = []<class Case>(Case) -> Launch {
     constexpr Features f = Case::features;
     if constexpr (f.blades)
         return {cut_grid_kernel<Case>, block_nodes, resident_cut};
+    else if constexpr (f.bodies)
+        return {body_grid_kernel<Case>, block_nodes, resident_cut};
     else
         return {grid_kernel<Case>, threads<f.tools>, resident<f.tools>};
 };
@@ -421,10 +471,10 @@ void grid(const Views& views, const Features& features, int multiprocessors, cud
           bool begins)
 {
     Features used = features;
-    used.tools = used.tools && views.tools.grid_contact;
+    used.tools = used.bodies || (used.tools && views.tools.grid_contact);
     const Launch by = dispatch<relevant>(used, launch_for);
     const int blocks = 1 + min(views.lattice.block_count(), by.resident * multiprocessors - 1);
-    const unsigned allowed = begins ? overlap::none : views.overlaps;
+    const unsigned allowed = begins || used.bodies ? overlap::none : views.overlaps;
     launch_early(allowed, overlap::grid, "grid", by.kernel, blocks, by.threads, stream,
                  grid_view(views));
 }

@@ -13,7 +13,8 @@ constexpr Features relevant(Features f)
     const bool any = f.plasticity == PlasticityClass::any;
     return {.blades = f.blades,
             .rests = f.rests,
-            .plasticity = any ? PlasticityClass::any : PlasticityClass::elastic};
+            .plasticity = any || f.bodies ? PlasticityClass::any : PlasticityClass::elastic,
+            .bodies = f.bodies};
 }
 
 template <class Case>
@@ -33,7 +34,9 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
         Material<float> m = narrowed<f.plasticity>(d.materials[q.object]);
         const float dt = float(clock.step(n).dt);
         if (f.rests && stands(d.mode, q)) q.v = held_rise(d.gravity, dt), m = as_held(m);
-        WarpScatter<f.blades, true>{d, scratch, n, clock.relisted}(q, m, 1 / m.mass, valid, dt);
+        const int field = f.bodies ? d.materials.colours[q.object] : 0;
+        WarpScatter<f.blades, true, f.bodies>{d, scratch, n, clock.relisted}(q, m, 1 / m.mass,
+                                                                             valid, dt, field);
     });
 }
 

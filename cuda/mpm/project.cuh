@@ -22,12 +22,13 @@ __device__ inline const Mask* near_tools(const NearView& d, const Lattice<float>
     return empty(loaded(mask)) ? nullptr : &mask;
 }
 
-// Nodes of the velocity field for the particle's label in substep n.
-template <bool blades>
+// Nodes of the velocity field for the particle's label, or its colour, in substep n.
+template <bool blades, bool bodies>
 __device__ const float4* nodes_for(const G2pView& d, const Particle<float>& q, int n)
 {
     const float4* nodes = d.velocities[n & 1];
     if constexpr (blades) nodes += q.label() * unsigned(d.lattice.node_count());
+    if constexpr (bodies) nodes += d.materials.colours[q.object] * d.lattice.node_count();
     return nodes;
 }
 

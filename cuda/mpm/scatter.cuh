@@ -87,8 +87,9 @@ __device__ inline Lane lane_of(int lane)
 
 // Scatter of one warp for substep n. Warp-collective; lanes with `valid` have a particle. Lists the
 // blocks of nodes that receive mass. Precondition: the grid is clear. `begins`: first scatter of a
-// frame; `relisted`: its list is empty at first.
-template <bool blades, bool begins = false>
+// frame; `relisted`: its list is empty at first. `bodies`: particles have a velocity field by their
+// colour.
+template <bool blades, bool begins = false, bool bodies = false>
 class WarpScatter {
   public:
     __device__ WarpScatter(const ScatterView& view, WarpScratch<blades>& scratch, int n,
@@ -101,12 +102,15 @@ class WarpScatter {
     {
     }
 
-    // per_mass: 1 over the mass of the material [1/kg].
+    // per_mass: 1 over the mass of the material [1/kg]. `field`: with bodies, the velocity field.
     __device__ void operator()(const Particle<float>& q, const Material<float>& m, float per_mass,
-                               bool valid, float dt)
+                               bool valid, float dt, int field = 0)
     {
         const Stencil<float> stencil = knead::stencil(q.x, d.lattice.spacing);
-        const int node = valid ? d.lattice.index(stencil.base) : nowhere, slot = slot_of(node);
+        // Nodes of all fields are numbered in one row. Cells of unlike fields are unlike.
+        const int first = bodies ? field * d.lattice.node_count() : 0;
+        const int node = valid ? first + d.lattice.index(stencil.base) : nowhere,
+                  slot = slot_of(node);
         __syncwarp();  // other lanes have ended the phases before
         write_down(q, m, per_mass, stencil, slot, dt);
         s.cells[warp][slot] = node;
@@ -205,7 +209,10 @@ class WarpScatter {
             if (f == 0 || sums[f].w > 0)
                 add_to_node(unsigned(f * d.lattice.node_count()) + node, sums[f]);
         list_last();
-        last = int(node / block_nodes), mark = d.marks[last];
+        unsigned at = node;
+        if constexpr (bodies)
+            while (at >= unsigned(d.lattice.node_count())) at -= unsigned(d.lattice.node_count());
+        last = int(at / block_nodes), mark = d.marks[last];
     }
     // Lists the block that the lane added to last, once. Its mark was loaded then and is used now,
     // which hides the latency. It may be a stale value from L1; that costs one exchange.

@@ -1,7 +1,7 @@
 // The stages of a substep on the device, in order, and all device data; each kernel gets its part
 // of it (views.cuh).
 //   masks . begin . pose . sort { settle } . line_up . p2g, once a frame; then, substep by substep,
-//   grid { next dt } . g2p { pose and scatter for the next }
+//   [ separate . ] grid { next dt } . g2p { pose and scatter for the next }
 #pragma once
 #include "cuda/mpm/features.h"
 #include "cuda/mpm/overlap.h"
@@ -11,9 +11,9 @@ namespace knead::gpu {
 
 // Stored nodes in the order of Lattice::index. Two grids, so that one is cleared while the other is
 // used; substep n uses grid n % 2. Each has one velocity field, of all clay; with blades two more,
-// one per label, of uncut clay and clay with this label.
+// one per label, of uncut clay and clay with this label; with bodies one more per colour.
 struct GridView {
-    int fields;          // 1 or 3
+    int fields;          // field_count()
     float4* nodes[2];    // fields * node_count each: Node<float>; one array twice if fixed-point
     long long* sums[2];  // fixed-point: 4 * fields * node_count each: momentum, mass; else null
     int* marks;          // block_count: what the block was last listed for, see listed_for()
@@ -87,6 +87,7 @@ struct Views {
     ToolView tools;
     RestView rest;
     PressureView pressure;
+    BodyFields<float> bodies;
     StepLimits limits;
     Clock* clock;
     const FrameInput* input;
@@ -124,6 +125,9 @@ void line_up(const Views& views, const Features& features, cudaStream_t stream);
 void find_pressures(const Views& views, cudaStream_t stream);
 // Scatters mass and momentum to the current grid, which must be clear, and lists its blocks.
 void p2g(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream);
+// With bodies: contact between them; before grid(). Does nothing without.
+void separate(const Views& views, const Features& features, int multiprocessors,
+              cudaStream_t stream);
 // Computes velocities from momenta, clears the other grid, and chooses the next substep. `begins`:
 // first of a frame, which never overlaps.
 void grid(const Views& views, const Features& features, int multiprocessors, cudaStream_t stream,

@@ -7,6 +7,7 @@
 #include "cuda/contact/contact.h"
 #include "cuda/contact/skinning.h"
 #include "cuda/math/span.h"
+#include "cuda/mpm/body_contact.h"
 #include "cuda/mpm/clock.cuh"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
@@ -28,6 +29,7 @@ struct Materials {
     float per_density, per_mass;  // reciprocals of the first's [m^3/kg, 1/kg]
     const Material<float>* all;   // count
     int count;
+    const int* colours = nullptr;  // count, with bodies: their velocity fields, body_contact.h
     HD Material<float> operator[](int object) const
     {
         if (count == 1) return first;
@@ -288,6 +290,20 @@ struct GridUpdateView {
     bool contact_ahead;  // see overlap.h
 };
 GridUpdateView grid_view(const Views& d);
+
+// Contact of bodies in substep n: changes momenta, and sums the masses of all fields into field 0.
+struct BodyView {
+    // reads
+    Lattice<float> lattice;
+    BodyFields<float> bodies;
+    const int* list[3];  // blocks that hold mass in substep n, in n % 3
+    const Clock* clock;
+    float momentum_scale, mass_scale;
+    // writes
+    float4* nodes[2];    // of substep n, in n % 2
+    long long* sums[2];  // used instead in fixed point; else null
+};
+BodyView body_view(const Views& d);
 
 // Sleep: wakes a block.
 struct WakeView {

@@ -26,6 +26,8 @@ struct DeformView {
     // writes
     GaussianView splats;
     Clock* clock;
+    // reads
+    const int* colours;  // by object, with bodies: their velocity fields
 };
 
 // Advection of all Gaussians by `substeps` substeps of dt [s] each (0: none is due), with the
@@ -84,6 +86,7 @@ __device__ Way field_around(const DeformView& d, Vec3<float> x, int i, int n,
     if constexpr (f.blades)
         nodes +=
             Gaussian<float>{.sides = d.splats.sides[i]}.label() * unsigned(d.lattice.node_count());
+    if constexpr (f.bodies) nodes += d.colours[d.splats.objects[i]] * d.lattice.node_count();
     const Offsets o = offsets(d.lattice, base);
     bool held;
     field = field_at(x, d.lattice.spacing, held, [&](Int3 step) {
@@ -171,7 +174,10 @@ __global__ void __launch_bounds__(threads, 4) clear_kernel(const __grid_constant
     }
 }
 
-constexpr Features relevant(Features f) { return {.blades = f.blades, .rests = f.rests}; }
+constexpr Features relevant(Features f)
+{
+    return {.blades = f.blades, .rests = f.rests, .bodies = f.bodies};
+}
 
 }  // namespace
 
@@ -190,7 +196,8 @@ void deform(const Views& views, const GaussianView& splats, float per_mass,
                           at_end,
                           views.tools.fast,
                           splats,
-                          views.clock};
+                          views.clock,
+                          views.materials.colours};
     const auto moved = dispatch<relevant>(
         features, []<class Case>(Case) -> void (*)(DeformView) { return follow_kernel<Case>; });
     launch("deform", moved, blocks_for(splats.room, threads), threads, stream, view);

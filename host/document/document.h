@@ -27,7 +27,7 @@ struct ObjectSource {
     double per_cell = 8;      // particles per cell
     SplatsOptions splats;     // of shape `splats`
     double rounding = 0;      // of a rounded box [m]
-    std::string text;         // of shape `text`; its outline is that of the system's font
+    std::string text{};       // of shape `text`; its outline is that of the system's font
 };
 
 // All poses are in the frame of the scene's file.

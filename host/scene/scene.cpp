@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "host/hands/gesture.h"
 #include "host/scene/domain.h"
@@ -183,6 +184,27 @@ void read_time(ObjectReader& r, Scene& scene)
         scene.setup.step.fixed = scene.paper_dt;
 }
 
+// After objects and hands: bodies have velocity fields, which are few and the same that blades use.
+void read_contact(ObjectReader& r, Scene& scene)
+{
+    Setup& setup = scene.setup;
+    setup.grid_contact = r.flag("grid", true);
+    setup.passes = r.whole("passes", 0, 16, Setup{}.passes);
+    setup.contact.separate =
+        r.choice<bool>("categories", {{"weld", false}, {"separate", true}}, false);
+    setup.contact.friction = r.number("friction", {0, 2}, BodyContact{}.friction);
+    if (!setup.contact.separate) return;
+    std::set<int> categories;
+    for (const Object& o : scene.objects) categories.insert(o.category);
+    if (categories.size() > std::size_t(most_colours))
+        r.fail("categories",
+               fmt::format("\"weld\", or objects of at most {} categories", most_colours),
+               fmt::format("\"separate\" with {}", categories.size()));
+    for (const std::string& held : scene.hands.held)
+        if (scene.has_hands && (held == "knife" || held == "scissors"))
+            r.fail("categories", "\"weld\" for a scene with a knife or scissors", "\"separate\"");
+}
+
 void read_root(ObjectReader& r, Scene& scene)
 {
     const Json& schema = r.required("schema", "\"knead.scene/1\"");
@@ -200,10 +222,7 @@ void read_root(ObjectReader& r, Scene& scene)
     else if (scene.has_hands)
         scene.hands.at = scene.objects[0].centre;
     if (scene.has_hands) r.object("hands", [&](ObjectReader& in) { read_hands(in, scene); });
-    r.object("contact", [&](ObjectReader& in) {
-        scene.setup.grid_contact = in.flag("grid", true);
-        scene.setup.passes = in.whole("passes", 0, 16, Setup{}.passes);
-    });
+    r.object("contact", [&](ObjectReader& in) { read_contact(in, scene); });
     read_time(r, scene);
     r.object("rest", [&](ObjectReader& in) { read_rest(in, scene); });
     r.object("splats", [&](ObjectReader& in) { read_upkeep(in, scene.upkeep); });

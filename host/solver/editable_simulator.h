@@ -85,7 +85,8 @@ class EditableSimulator : public Simulator {
     virtual void remove_each(std::span<const int> objects) = 0;
     // The particles keep their volume; their mass is volume times the new density. The object
     // belongs to material.category from now on. If nothing but the category changes, no particle is
-    // accessed, sleeping clay sleeps on, and the next frame has the same bits.
+    // accessed, sleeping clay sleeps on, and the next frame has the same bits, unless objects of
+    // unlike category are separate bodies (bodies.h).
     virtual void set_material(int object, const Material<double>& material) = 0;
     virtual void move(int object, const RigidMotion<double>& motion) = 0;
     virtual void set_gravity(Vec3<double> gravity) = 0;  // [m/s^2]

@@ -14,6 +14,7 @@
 
 #include "cuda/mpm/material.h"
 #include "host/base/parallel.h"
+#include "host/solver/bodies.h"
 #include "host/solver/material_spec.h"
 
 namespace knead {
@@ -133,6 +134,7 @@ SceneState::SceneState(const SimulationConfig& config, const InitialState& conte
         ++counts[std::size_t(p.object)];
     }
     for (const Tool<double>& tool : now.tools) now.cuts = now.cuts || tool.blade;
+    bodies_of(now);
     check_gaussians(contents.gaussians);
 }
 
@@ -171,7 +173,8 @@ SceneState SceneState::emptied(const SimulationConfig& config) const
     require(config.lattice.size == now.lattice.size && config.lattice.dx == now.lattice.dx,
             "the scene has another lattice than the simulator");
     require(step(config.step) == step(now.step) && rest(config.rest) == rest(now.rest) &&
-                config.grid_contact == now.grid_contact && config.passes == now.passes,
+                config.grid_contact == now.grid_contact && config.passes == now.passes &&
+                config.contact == now.contact,
             "the scene has other options of substeps, rest or contact than the simulator");
     SceneState next = *this;
     for (const Material<double>& m : config.materials) {
@@ -186,6 +189,7 @@ SceneState SceneState::emptied(const SimulationConfig& config) const
     next.set_walls(config.walls);
     next.now.cuts = config.cuts;
     for (const Tool<double>& tool : now.tools) next.now.cuts = next.now.cuts || tool.blade;
+    bodies_of(next.now);
     return next;
 }
 
@@ -247,6 +251,16 @@ bool SceneState::same_rules(const SceneState& replacement) const
            same(a.max, b.max) && a.mode == b.mode && a.friction == b.friction;
 }
 
+// Throws std::invalid_argument if bodies would be impossible after a change of the configuration.
+template <class Change>
+void SceneState::check_with(Change&& change) const
+{
+    if (!now.contact.separate) return;
+    SimulationConfig next = now;
+    change(next);
+    bodies_of(next);
+}
+
 std::vector<int> SceneState::add_each(const Material<double>& material, Clays clays)
 {
     check_material(material);
@@ -268,6 +282,7 @@ std::vector<int> SceneState::add_each(const Material<double>& material, Clays cl
     }
     sum += added;
     require(sum < most_particles, too_many);
+    check_with([&](SimulationConfig& next) { next.materials.push_back(material); });
     std::vector<int> objects;
     for (const std::vector<Particle<double>>& clay : clays) {
         objects.push_back(int(counts.size()));
@@ -292,7 +307,7 @@ void SceneState::remove_each(std::span<const int> objects)
 
 bool SceneState::changes_category_only(int object, const Material<double>& material) const
 {
-    if (!known(object)) return false;
+    if (!known(object) || now.contact.separate) return false;
     const Material<double>& old = now.materials[std::size_t(object)];
     Material<double> next = of_volume(material, old.volume);
     return std::exchange(next.category, old.category) != old.category && next == old;
@@ -304,6 +319,7 @@ Plasticity SceneState::set_material(int object, const Material<double>& material
     Material<double>& old = now.materials[std::size_t(object)];
     const Material<double> next = of_volume(material, old.volume);
     check_material(next);
+    check_with([&](SimulationConfig& to) { to.materials[std::size_t(object)] = next; });
     const Plasticity law = old.plasticity;
     old = next;
     return law;
@@ -347,6 +363,7 @@ void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools)
 void SceneState::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
 {
     check_rig(rig, tools);
+    check_with([&](SimulationConfig& next) { next.tools = tools; });
     now.rig = rig, now.tools = tools;
     for (const Tool<double>& tool : tools) now.cuts = now.cuts || tool.blade;
 }
@@ -451,7 +468,7 @@ void check_state(const SavedState& state, const SimulationConfig& of)
                 state.stiffness >= 0 && std::isfinite(state.stiffness),
             "the state's speed or stiffness is invalid");
     const SceneState rules(s, state.contents);
-    const int fields = rules.config().cuts ? 3 : 1;
+    const int fields = rules.config().cuts ? 3 : bodies_of(rules.config()).fields();
     const long places = long(fields) * sliding_places(s.lattice.size, s.walls);
     for (const SlidingNode& n : state.sliding)
         require(n.place >= 0 && n.place < places && n.force >= 0 && std::isfinite(n.force) &&

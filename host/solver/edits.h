@@ -63,6 +63,8 @@ class SceneState {
   private:
     bool known(int object) const;  // exists and is not removed
     SceneState emptied(const SimulationConfig& config) const;
+    template <class Change>
+    void check_with(Change&& change) const;
     template <class At>
     void fill(std::size_t count, At&& particle);
 

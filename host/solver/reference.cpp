@@ -7,6 +7,7 @@
 #include <string>
 
 #include "cuda/contact/skinning.h"
+#include "cuda/mpm/body_contact.h"
 #include "cuda/mpm/g2p.h"
 #include "cuda/mpm/grid.h"
 #include "cuda/mpm/mean_pressure.h"
@@ -29,6 +30,7 @@ Reference::Reference(const Setup& given)
       spheres(given.rig.spheres.size()),
       shapes(given.rig.primitives.size()),
       walls(walls_on<double>(given.lattice, given.walls)),
+      bodies(bodies_of(given)),
       blades(given.cuts),
       threads(given.threads > 0 ? given.threads : loop_threads())
 {
@@ -38,7 +40,7 @@ Reference::Reference(const Setup& given)
     if (!given.gaussians.empty()) SceneState{given};
     for (const Binding<float>& b : scene.rig.spheres) bindings.push_back(cast<double>(b));
     for (const Tool<double>& t : scene.tools) blades = blades || t.blade;
-    fields.resize(blades ? 3 : 1), sliding.resize(fields.size());
+    fields.resize(blades ? 3 : std::size_t(bodies.fields())), sliding.resize(fields.size());
     for (auto& field : fields) field.resize(std::size_t(scene.lattice.node_count()));
     for (auto& field : sliding)
         field.resize(std::size_t(sliding_places(given.lattice.size, given.walls)));
@@ -76,6 +78,7 @@ void Reference::substep(const Motion& motion, double from, double to, double dt)
 {
     pose(motion, from, to, dt);
     p2g(dt);
+    separate(dt);
     grid(dt);
     share_pressure();
     g2p(dt);
@@ -103,7 +106,7 @@ void Reference::pose(const Motion& motion, double from, double to, double dt)
     }
 }
 
-// Particles scatter mass and momentum to 27 nodes.  (1), (2); with labels (25)
+// Particles scatter mass and momentum to 27 nodes.  (1), (2); with labels (25), bodies (25a)
 void Reference::p2g(double dt)
 {
     const Lattice<double>& lattice = scene.lattice;
@@ -118,10 +121,32 @@ void Reference::p2g(double dt)
             if (fields[uncut][std::size_t(n)].m == 0 && share.m > 0) occupied.push_back(n);
             for (std::uint32_t f = 0; f < fields.size(); ++f) {
                 Node<double>& to = fields[f][std::size_t(n)];
-                if (f == uncut || p.label() != opposite(f)) to = {to.p + share.p, to.m + share.m};
+                const bool in = bodies.colours > 0 ? f == field_of(p.object, p.label())
+                                                   : p.label() != opposite(f);
+                if (f == uncut || in) to = {to.p + share.p, to.m + share.m};
             }
         });
     }
+}
+
+// Bodies exchange momentum at nodes where they touch.  (25a)
+void Reference::separate(double dt)
+{
+    if (bodies.colours == 0) return;
+    const Lattice<double>& lattice = scene.lattice;
+    const BodyFields<double> constants = body_fields<double>(bodies, scene);
+    const auto update = [&](std::size_t slot) {  // changes the node's momenta; masses stay
+        const Int3 n = lattice.node_at(occupied[slot]);
+        const auto node = [&](int colour, Int3 at) -> Node<double>& {
+            return fields[std::size_t(colour)][std::size_t(lattice.index(at))];
+        };
+        separate_fields(
+            constants, lattice.dx, dt,
+            [&](int c, Int3 step) { return lattice.stores(n + step) ? node(c, n + step).m : 0.0; },
+            [&](int c) { return node(c, n).p; },
+            [&](int c, Vec3<double> impulse) { node(c, n).p = node(c, n).p + impulse; });
+    };
+    parallel_for(occupied.size(), LoopOptions{.threads = threads}, update);
 }
 
 // Momenta become velocities (3), (18), (18a); beside a blade each label has its own (24), (25). A
@@ -140,13 +165,15 @@ void Reference::grid(double dt)
         const auto [is_mirror, mirror_offset] =
             mirror_set(n, walls, [&](Int3 to) { return at(uncut, n + to).m; });
         if (is_mirror) return;
-        Node<double> v[3][8] = {};
-        for (std::size_t f = 0; f < fields.size(); ++f) {
+        Node<double> v[most_fields][8] = {};
+        const bool apart = bodies.colours > 0;
+        for (std::size_t f = apart; f < fields.size(); ++f) {
             const auto obstacles = [&](Vec3<double>& u) {
                 if (!scene.grid_contact) return false;
                 const Vec3<double> x = lattice.position(n), free = u;
                 u = apply_tools(tools, active, x, u);
-                if (f != uncut) u = sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
+                if (blades && f != uncut)
+                    u = sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
                 return differ(u, free);
             };
             for (int k = 0; k < mirror_count(mirror_offset); ++k)
@@ -169,6 +196,16 @@ void Reference::grid(double dt)
                         return at(below, other).m - at(above, other).m;
                     });
                 });
+            if (apart) {
+                Vec3<double> sum{};
+                double mass = 0;
+                for (std::size_t f = 1; f < fields.size(); ++f) {
+                    at(f, m).p = v[f][k].p;
+                    sum = sum + v[f][k].m * v[f][k].p, mass += v[f][k].m;
+                }
+                at(uncut, m).p = mass > 0 ? (1 / mass) * sum : Vec3<double>{};
+                continue;
+            }
             for (std::size_t f = 0; f < fields.size(); ++f) at(f, m).p = one[f].p;
         }
     };
@@ -204,7 +241,7 @@ void Reference::g2p(double dt)
     const auto update = [&](std::size_t i, long& sudden) {
         Particle<double>& p = q[i];
         const Stencil<double> s = stencil(p.x, lattice.spacing);
-        const std::vector<Node<double>>& field = fields[blades ? p.label() : uncut];
+        const std::vector<Node<double>>& field = fields[field_of(p.object, p.label())];
         const auto node = [&](Int3 step) {
             return field[std::size_t(lattice.index(s.base + step))];
         };
@@ -276,7 +313,7 @@ void Reference::deform(const Lag& lag, bool clear)
         Gaussian<double>& g = splats[i];
         const Gaussian<double> start = g;
         const Int3 base = base_node(g.x, lattice.spacing);
-        const std::vector<Node<double>>& field = fields[blades ? g.label() : uncut];
+        const std::vector<Node<double>>& field = fields[field_of(g.object, g.label())];
         const auto node = [&](Int3 step) {
             return node_share(field[std::size_t(lattice.index(base + step))], per_mass);
         };

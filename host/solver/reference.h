@@ -8,6 +8,7 @@
 #include "cuda/math/node4.h"
 #include "cuda/mpm/lag.h"
 #include "cuda/mpm/sliding.h"
+#include "host/solver/bodies.h"
 #include "host/solver/simulator.h"
 
 namespace knead {
@@ -35,6 +36,7 @@ class Reference : public Simulator {
     // Poses the tools at fraction `to` of the frame, with the velocity of the motion since `from`.
     void pose(const Motion& motion, double from, double to, double dt);
     void p2g(double dt);         // (1), (2): particles' mass and momentum to nodes
+    void separate(double dt);    // (25a): contact of bodies of unlike category
     void grid(double dt);        // (3): momenta to velocities; gravity, tools, walls
     void share_pressure();       // (7a): mean pressure of each cell, for nearly incompressible clay
     void g2p(double dt);         // (8), (9): velocities and gradients to particles; advect, update
@@ -47,7 +49,8 @@ class Reference : public Simulator {
 
     // By Lattice::index: momentum and mass after p2g(), velocity and mass after grid(). Field 0
     // sums all clay; in scenes with blades the field of a label omits the clay of the other label
-    // (25).
+    // (25); with bodies the field of a colour has the clay of this colour (25a), and field 0 the
+    // mean velocity.
     const std::vector<Node<double>>& nodes(int field = uncut) const
     {
         return fields[std::size_t(field)];
@@ -61,6 +64,13 @@ class Reference : public Simulator {
     Extremes extremes() const;
     long active_blocks() const;
     void end_cuts();
+    // Index of the velocity field of clay of an object with this label.
+    std::size_t field_of(int object, std::uint32_t label) const
+    {
+        return bodies.colours > 0 ? std::size_t(bodies.colour[std::size_t(object)])
+               : blades           ? std::size_t(label)
+                                  : std::size_t(uncut);
+    }
 
     SimulationConfig scene;
     std::vector<Binding<double>> bindings;
@@ -71,7 +81,8 @@ class Reference : public Simulator {
                                                     // particle masses
     std::vector<double> depth;                      // penetration of each before projection [m]
     std::vector<std::vector<Node<double>>> fields;  // node_count each: 1 field, or with blades 3
-                                                    // (uncut and one per label)
+                                                    // (uncut and one per label), or with bodies 1
+                                                    // + colours
     std::vector<int> occupied;                      // indices of nodes with mass
     std::vector<std::vector<Sliding<double>>> sliding;  // per field; see sliding.h
     int substeps = 1;                                   // number of substeps so far, plus one
@@ -79,6 +90,7 @@ class Reference : public Simulator {
     std::vector<Sphere<double>> spheres;
     std::vector<Shape<double>> shapes;
     Walls<double> walls;
+    Bodies bodies;
     Mask active{};             // primitives of active tools
     bool blades;               // a tool is a blade, or clay has been cut
     bool was_covered = false;  // a blade was in the clay at the end of the last frame

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "cuda/contact/contact.h"
+#include "cuda/mpm/body_contact.h"
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
@@ -34,6 +35,7 @@ struct SimulationConfig {
     bool grid_contact = true;  // apply tool contact to grid velocities
     int passes = 1;            // projection passes per substep; 0: no particle projection
     Rest<double> rest{};       // sleeping: which clay is not moved
+    BodyContact contact{};     // of objects of unlike category
     bool cuts = false;  // particles carry labels of a cut (cut.h), even if no tool is a blade now
 };
 

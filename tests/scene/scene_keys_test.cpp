@@ -44,6 +44,39 @@ TEST_F(SceneKeys, SnowThatMakesEnergyAsItIsPackedIsRefusedByTheNamesOfItsKeys)
     EXPECT_EQ(reason<InputError>([&] { scene({"objects.0.material.compress=0.9"}); }), "");
 }
 
+TEST_F(SceneKeys, BodiesHaveAFieldEachAndNoKnife)
+{
+    EXPECT_FALSE(scene({}).setup.contact.separate);
+    EXPECT_EQ(scene({}).setup.contact.friction, 0.4);
+    const Scene s = scene({"contact.categories=separate", "contact.friction=0.7"});
+    EXPECT_TRUE(s.setup.contact.separate);
+    EXPECT_EQ(s.setup.contact.friction, 0.7);
+    const auto complaint = [&](std::vector<std::string> settings) {
+        settings.push_back("contact.categories=separate");
+        return reason<InputError>([&] { scene(settings); });
+    };
+    EXPECT_NE(complaint({"contact.friction=3"}).find("/contact/friction: expected"),
+              std::string::npos);
+    const auto objects = [](int categories) {
+        std::string list;
+        for (int c = 0; c < categories; ++c)
+            list += (c ? "," : "") + std::string(R"({"centre": [0.5, 0.5, 0.5], "diameter": 0.2,
+                "material": "jelly", "category": )") +
+                    std::to_string(c) + "}";
+        return "objects=[" + list + "]";
+    };
+    EXPECT_EQ(complaint({objects(4)}), "");
+    EXPECT_NE(complaint({objects(5)})
+                  .find("/contact/categories: expected \"weld\", or objects of at most 4 "
+                        "categories, found \"separate\" with 5"),
+              std::string::npos)
+        << complaint({objects(5)});
+    EXPECT_NE(complaint({R"(hands={"left": {"held": "knife"}})"})
+                  .find("/contact/categories: expected \"weld\" for a scene with a knife or "
+                        "scissors"),
+              std::string::npos);
+}
+
 TEST_F(SceneKeys, BoxesThatAloneDecideWhatMovesReachTwoRadiiOfAFingertip)
 {
     const auto reach = [&](const char* mode, const char* zoom, const char* cells) {

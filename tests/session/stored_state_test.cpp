@@ -216,7 +216,8 @@ StoredState filled()
         d = after(d, AddObject{o}, ids);
     }
     SceneObject pot = box("pot", {0.4, 0.5, 0.6});
-    pot.source = {ShapeKind::splats, {}, {0, -0.0, 1}, 8, {"a/../pot.ply", UpAxis::z, 0.3, 4, 0}};
+    pot.source = {
+        ShapeKind::splats, {}, {0, -0.0, 1}, 8, {"a/../pot.ply", UpAxis::z, 0.3, 4, 0}, 0, {}};
     pot.category = 9;
     d = after(d, AddObject{pot}, ids);
     s.document = d;

@@ -7,16 +7,20 @@
 namespace knead {
 inline namespace KNEAD_CPU_LEVEL {
 
-// Sets `split` for all blocks if anywhere clay of both labels, or a blade, is close enough to share
-// a node with clay of another label. It is set for all blocks, because a labelled particle always
-// gathers from its own field.
+// Sets `split` for all blocks if anywhere clay of both labels, of two colours, or a blade, is close
+// enough to share a node with clay of another label. It is set for all blocks, because a labelled
+// particle always gathers from its own field.
 template <class R>
 bool CpuSolver<R>::find_splits()
 {
     std::vector<char> labels(split.size(), 0);
+    const bool colours = bodies.colours > 0;
     for (std::size_t slot = 0; slot < bins.occupied.size(); ++slot) {
         char& l = labels[std::size_t(bins.occupied[slot])];
-        for (int i : bins.members(int(slot))) l = char(l | q[std::size_t(i)].label());
+        for (int i : bins.members(int(slot))) {
+            const Particle<R>& p = q[std::size_t(i)];
+            l = char(l | (colours ? 1u << (field_of(p.object, 0) - 1) : p.label()));
+        }
     }
     for (Int3 b : posed.masked)
         for_each_candidate(posed.masks[std::size_t(lattice.block_of(4 * b))], [&](int i) {
@@ -33,7 +37,8 @@ bool CpuSolver<R>::find_splits()
         return all;
     };
     const bool any = std::any_of(bins.occupied.begin(), bins.occupied.end(), [&](int b) {
-        return seen_from(lattice.block_at(b)) == (above | below);
+        const int seen = seen_from(lattice.block_at(b));
+        return colours ? (seen & (seen - 1)) != 0 : seen == (above | below);
     });
     std::fill(split.begin(), split.end(), char(any));
     return any;
@@ -56,17 +61,25 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, ThreadSta
     const Colliders<R> colliders = posed.colliders();
     const Mask& mask = posed.masks[std::size_t(b)];
     const int count = mirror_count(across),
-              fields = split.empty() || !split[std::size_t(b)] ? 1 : 3;
-    Node<R> v[3][8] = {};
-    for (int f = 0; f < fields; ++f) {
+              fields = split.empty() || !split[std::size_t(b)] ? 1 : field_count();
+    const bool apart = bodies.colours > 0 && fields > 1;
+    Node<R> v[most_fields][8] = {};
+    for (int f = 0; f < fields; ++f)
+        for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], mirror_node(n, across, k));
+    for (int k = 0; apart && k < count; ++k) {
+        Node<R> one[most_fields];
+        for (int f = 0; f < fields; ++f) one[f] = v[f][k];
+        separate(mirror_node(n, across, k), one, dt);
+        for (int f = 1; f < fields; ++f) v[f][k] = one[f];
+    }
+    for (int f = apart; f < fields; ++f) {
         const auto tools = [&](Vec3<R>& u) {
             if (!scene.grid_contact || !posed.near[std::size_t(b)]) return false;
             const Vec3<R> x = lattice.position(n), free = u;
             u = apply_tools(colliders, mask, x, u);
-            if (f) u = sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f));
+            if (f && !apart) u = sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f));
             return differ(u, free);
         };
-        for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], mirror_node(n, across, k));
         update_mirrors(
             n, across, lattice, walls, gravity, dt, InArray<R>{v[f]}, tools,
             [&](R mass) { ++c[mass > light ? Count::clipped : Count::clipped_negligible]; },
@@ -75,6 +88,16 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, ThreadSta
     for (int k = 0; k < count; ++k) {
         const Int3 m = mirror_node(n, across, k);
         if (k && !(v[0][k].m > 0)) continue;  // updated with its own block
+        if (apart) {                          // field 0: the mean velocity
+            Node<R>& mean = grid[0][std::size_t(lattice.index(m))];
+            mean = {};
+            for (int f = 1; f < fields; ++f) {
+                const Node<R>& own = grid[f][std::size_t(lattice.index(m))] = v[f][k];
+                mean = {mean.p + own.m * own.p, mean.m + own.m};
+            }
+            if (mean.m > 0) mean.p = (1 / mean.m) * mean.p;
+            continue;
+        }
         Node<R> one[3] = {v[0][k], v[1][k], v[2][k]};
         if (fields > 1)
             divide(one, {one[0].m, one[above].m, one[below].m}, [&] {
@@ -86,7 +109,21 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, ThreadSta
     }
 }
 
-// Grid update of a block near a cut.
+// Contact of bodies at node n; fields[f]: its sums of momentum and mass.  (25a)
+template <class R>
+void CpuSolver<R>::separate(Int3 n, Node<R>* fields, R dt) const
+{
+    separate_fields(
+        body_constants, lattice.dx, dt,
+        [&](int c, Int3 step) {
+            if (step == Int3{}) return fields[c].m;
+            return lattice.stores(n + step) ? summed(sums[c], n + step).m : R(0);
+        },
+        [&](int c) { return fields[c].p; },
+        [&](int c, Vec3<R> impulse) { fields[c].p = fields[c].p + impulse; });
+}
+
+// Grid update of a block near a cut, or of bodies.
 template <class R>
 void CpuSolver<R>::split_update(int b, R dt, ThreadStats& c)
 {
@@ -109,6 +146,7 @@ void CpuSolver<R>::finish_cuts(bool covered)
     was_covered = covered;
 }
 
+template void CpuSolver<float>::separate(Int3, Node<float>*, float) const;
 template bool CpuSolver<float>::find_splits();
 template MirrorSet CpuSolver<float>::updated(Int3, float) const;
 template void CpuSolver<float>::update_mirror_set(int, Int3, Int3, float, ThreadStats&);

@@ -43,11 +43,12 @@ void CpuSolver<R>::apply_config()
     shared_pressure = std::any_of(materials.begin(), materials.end(), shares_pressure<R>);
     gravity = cast<R>(scene.gravity);
     walls = walls_on<R>(scene.lattice, scene.walls);
-    for (int f = 0; f < (posed.blades ? 3 : 1); ++f) {
+    bodies = bodies_of(scene), body_constants = body_fields<R>(bodies, scene);
+    for (int f = 0; f < field_count(); ++f) {
         grid[f].resize(std::size_t(lattice.node_count()));
         sliding[f].resize(std::size_t(sliding_places(walls)));
     }
-    split.resize(posed.blades ? std::size_t(lattice.block_count()) : 0);
+    split.resize(field_count() > 1 ? std::size_t(lattice.block_count()) : 0);
     edited();
     stage_times.clear();
     for (const char* name : {"pose", "bin", "p2g", "grid", "g2p", "project", "plasticity"})
@@ -83,7 +84,9 @@ struct CpuSolver<R>::Backup {
     PosedTools<R> posed;
     Stillness<R> stillness;
     std::vector<Gaussian<R>> splats;
-    std::array<std::vector<Sliding<R>>, 3> sliding;
+    std::array<std::vector<Sliding<R>>, most_fields> sliding;
+    Bodies bodies;
+    BodyFields<R> body_constants;
     std::vector<char> split;
     std::vector<StageTime> stage_times;
     bool arranged, splats_arranged, was_covered;
@@ -100,22 +103,11 @@ template <class Change>
 void CpuSolver<R>::all_or_nothing(std::vector<Particle<R>> clay, std::vector<int> order,
                                   Change&& change)
 {
-    Backup before{book,
-                  walls,
-                  gravity,
-                  materials,
-                  shared_pressure,
-                  posed,
-                  stillness,
-                  splats,
-                  {sliding[0], sliding[1], sliding[2]},
-                  split,
-                  stage_times,
-                  arranged,
-                  splats_arranged,
-                  was_covered,
-                  most,
-                  changes};
+    Backup before{book,           walls,     gravity,     materials, shared_pressure,
+                  posed,          stillness, splats,      {},        bodies,
+                  body_constants, split,     stage_times, arranged,  splats_arranged,
+                  was_covered,    most,      changes};
+    for (std::size_t f = 0; f < std::size_t(most_fields); ++f) before.sliding[f] = sliding[f];
     before.q = std::exchange(q, std::move(clay)), before.ids = std::exchange(ids, std::move(order));
     arranged = false;
     try {
@@ -125,7 +117,9 @@ void CpuSolver<R>::all_or_nothing(std::vector<Particle<R>> clay, std::vector<int
         materials = std::move(before.materials), shared_pressure = before.shared_pressure;
         posed = std::move(before.posed), stillness = std::move(before.stillness);
         splats = std::move(before.splats), split = std::move(before.split);
-        for (std::size_t f = 0; f < 3; ++f) sliding[f] = std::move(before.sliding[f]);
+        for (std::size_t f = 0; f < std::size_t(most_fields); ++f)
+            sliding[f] = std::move(before.sliding[f]);
+        bodies = std::move(before.bodies), body_constants = before.body_constants;
         stage_times = std::move(before.stage_times), most = before.most;
         arranged = before.arranged, splats_arranged = before.splats_arranged;
         was_covered = before.was_covered, changes = before.changes;
@@ -331,7 +325,7 @@ template <class R>
 std::vector<SlidingNode> CpuSolver<R>::sliding_now() const
 {
     std::vector<SlidingNode> all;
-    for (std::size_t f = 0, n = 0; f < 3; ++f)
+    for (std::size_t f = 0, n = 0; f < std::size_t(most_fields); ++f)
         for (const Sliding<R>& s : sliding[f]) {
             if (s.substep == substeps)
                 all.push_back({int(n), float(s.force), float(s.time), float(s.impulse_deficit)});

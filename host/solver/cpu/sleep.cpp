@@ -59,7 +59,8 @@ bool CpuSolver<R>::pushes(int slot, R dt, const Tile<R>* tiles) const
     for (int i : bins.members(slot)) {
         const Particle<R>& p = q[std::size_t(i)];
         const Stencil<R> s = stencil(p.x, lattice.dx);
-        const Node<R>* base = tiles[cut_here ? p.label() : 0].node + tile_index(s.base - corner);
+        const Node<R>* base =
+            tiles[cut_here ? field_of(p.object, p.label()) : 0].node + tile_index(s.base - corner);
         const Gathered<R> sum = gather_rows(s, [&](int j, int k) {
             return row_at(base + tile_index({0, j, k}));
         });

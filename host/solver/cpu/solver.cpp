@@ -67,7 +67,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
         stage_times[stage_pose].seconds += wall_seconds() - start;
         start = wall_seconds();
         bins.fill(lattice.block_count(), lattice.blocks(), threads);
-        if (posed.blades) find_splits();
+        if (field_count() > 1) find_splits();
         stage_times[stage_bin].seconds += wall_seconds() - start;
         p2g(dt);
         grid_update(dt);
@@ -121,12 +121,14 @@ void CpuSolver<R>::for_each_group(Bins::Members members, Visit&& visit)
 template <class R>
 void CpuSolver<R>::p2g(R dt)
 {
-    for (int f = 0; f < (posed.blades ? 3 : 1); ++f) sums[f].resize(bins.occupied.size());
+    for (int f = 0; f < field_count(); ++f) sums[f].resize(bins.occupied.size());
     for_each(int(bins.occupied.size()), stage_p2g, [&](int slot, ThreadStats&) {
         const int block = bins.occupied[std::size_t(slot)];
-        if (!split.empty() && split[std::size_t(block)]) return scatter_cut(slot, dt);
-        Tile<R>& tile = sums[0][std::size_t(slot)];
-        tile = {};
+        const bool split_here = !split.empty() && split[std::size_t(block)],
+                   apart = split_here && bodies.colours > 0;
+        if (split_here && !apart) return scatter_cut(slot, dt);
+        for (int f = 0; f < (apart ? field_count() : 1); ++f) sums[f][std::size_t(slot)] = {};
+        Node<R>*const all = sums[0][std::size_t(slot)].node, *field = all;
         const Int3 corner = 4 * lattice.block_at(block);
         // The sum of a cell continues across groups: it must not depend on the number of lanes.
         Row<R> cell[9] = {};
@@ -135,11 +137,16 @@ void CpuSolver<R>::p2g(R dt)
         {
             UNROLL
             for (int n = 0; n < 9; ++n) {
-                knead::add(cell[n], tile.node + to + tile_index({0, n % 3, n / 3}));
+                const int from = to + tile_index({0, n % 3, n / 3});
+                knead::add(cell[n], all + from);
+                if (field != all) knead::add(cell[n], field + from);  // of the body's colour
                 cell[n] = {};
             }
         };
         for_each_group(bins.members(slot), [&](const Group<R>& group) {
+            const std::uint32_t colour = apart ? field_of(group.of[0]->object, 0) : 0;
+            Node<R>* const own = sums[colour][std::size_t(slot)].node;
+            if (own != field) hand_over(at), field = own;
             Material<R> room;
             const Impulses<R> from =
                 impulses(group, stillness.felt(*group.of[0], materials, room),
@@ -163,7 +170,7 @@ void CpuSolver<R>::p2g(R dt)
 template <class R>
 void CpuSolver<R>::scatter_cut(int slot, R dt)
 {
-    for (Sums& tiles : sums) tiles[std::size_t(slot)] = {};
+    for (int f = 0; f < 3; ++f) sums[f][std::size_t(slot)] = {};
     const Int3 corner = 4 * lattice.block_at(bins.occupied[std::size_t(slot)]);
     for (int i : bins.members(slot)) {
         Particle<R> p = q[std::size_t(i)];
@@ -267,9 +274,9 @@ void CpuSolver<R>::g2p(R dt)
         std::vector<int> movers;
         if (held_here) members = movers_among(members, movers);
         if (held_here && movers.empty() && !stillness.feels(block)) return;
-        Tile<R> tiles[3];
+        Tile<R> tiles[most_fields];
         const bool cut_here = !split.empty() && split[std::size_t(block)];
-        for (int f = 0; f < (cut_here ? 3 : 1); ++f)
+        for (int f = 0; f < (cut_here ? field_count() : 1); ++f)
             load_tile(grid[f], lattice.block_at(block), tiles[f]);
         if (held_here && (!movers.empty() || pushes(slot, dt, tiles)))
             stillness.roused[std::size_t(block)] = 1;
@@ -301,7 +308,8 @@ void CpuSolver<R>::step_particles(int slot, Bins::Members members, R dt, const T
         for (int l = 0; l < group.size; ++l) before[l] = {group.of[l]->x, group.of[l]->sides};
         const Material<R>& m = materials[std::size_t(group.of[0]->object)];
         Moved<R> moved = gather_and_move(group, m.mass, lattice.dx, dt, [&](int l, Int3 base) {
-            return tiles[cut_here ? group.of[l]->sides : 0].node + tile_index(base - corner);
+            return tiles[cut_here ? field_of(group.of[l]->object, group.of[l]->label()) : 0].node +
+                   tile_index(base - corner);
         });
         Particle<Lanes<R>>& p = moved.p;
         lap(stage_g2p);
@@ -374,7 +382,7 @@ template <class R>
 std::size_t CpuSolver<R>::memory() const
 {
     std::size_t bytes = 0;
-    for (int f = 0; f < 3; ++f)
+    for (int f = 0; f < most_fields; ++f)
         bytes += sums[f].capacity() * sizeof(Tile<R>) + grid[f].capacity() * sizeof(Node<R>);
     return q.capacity() * (sizeof(Particle<R>) + 3 * sizeof(int)) +
            splats.capacity() * (sizeof(Gaussian<R>) + sizeof(int)) +

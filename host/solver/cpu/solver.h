@@ -14,6 +14,7 @@
 #include "cuda/mpm/walls.h"
 #include "host/base/machine.h"
 #include "host/base/parallel.h"
+#include "host/solver/bodies.h"
 #include "host/solver/cpu/bins.h"
 #include "host/solver/cpu/rows.h"
 #include "host/solver/cpu/sleep.h"
@@ -180,6 +181,14 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     void note_blocks(const Group<R>& group, const Vec3<Lanes<R>>& place);
     template <class Visit>
     void for_each_group(Bins::Members members, Visit&& visit);
+    // Number of velocity fields in split blocks.
+    int field_count() const { return bodies.colours > 0 ? bodies.fields() : posed.blades ? 3 : 1; }
+    // The field of clay of an object with this label.
+    std::uint32_t field_of(int object, std::uint32_t label) const
+    {
+        return bodies.colours > 0 ? std::uint32_t(bodies.colour[std::size_t(object)]) : label;
+    }
+    void separate(Int3 n, Node<R>* fields, R dt) const;
     bool find_splits();
     void finish_cuts(bool covered);
     template <class Body>
@@ -209,6 +218,8 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     int threads;
     std::vector<Material<R>> materials;
     bool shared_pressure = false;  // some material has it
+    Bodies bodies;
+    BodyFields<R> body_constants{};
     PosedTools<R> posed;
     PushoutLimits<R> pushout{};
     Stillness<R> stillness;
@@ -221,16 +232,16 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     // are in blocks before b.
     std::vector<int> splat_order, splats_before, splat_blocks;
     bool splats_arranged = false;  // no Gaussian has moved since
-    // Three velocity fields: all clay; and near a blade (25) one field per label, of uncut clay and
-    // clay with this label.
-    Sums sums[3];                        // one tile per occupied block
-    std::vector<Node<R>> grid[3];        // node_count velocities
-    std::vector<Sliding<R>> sliding[3];  // at walls, see sliding.h
-    int substeps = 1;                    // number of substeps so far, plus one
-    std::vector<char> split;             // per block: nodes have three fields; empty without blades
-    bool was_covered = false;            // a blade was in the clay at the end of the last frame
-    Extremes most{};                     // of the clay after the last substep
-    long changes = 0;                    // version(): frames and edits
+    // Velocity fields: all clay; near a blade (25) one per label, of uncut clay and clay with this
+    // label; where bodies are close (25a) one per colour.
+    Sums sums[most_fields];                        // one tile per occupied block
+    std::vector<Node<R>> grid[most_fields];        // node_count velocities
+    std::vector<Sliding<R>> sliding[most_fields];  // at walls, see sliding.h
+    int substeps = 1;                              // number of substeps so far, plus one
+    std::vector<char> split;   // per block: nodes have all fields; empty if there is one
+    bool was_covered = false;  // a blade was in the clay at the end of the last frame
+    Extremes most{};           // of the clay after the last substep
+    long changes = 0;          // version(): frames and edits
     std::vector<ThreadStats> thread_stats;
     std::vector<StageTime> stage_times;
 };

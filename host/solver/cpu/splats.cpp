@@ -39,7 +39,7 @@ void CpuSolver<R>::deform(const Lag& lag, bool clear)
     const R per_mass = R(1 / lightest_particle(scene));
     const Mask none{};
     for_each(int(splat_blocks.size()), stage_deform, [&](int k, ThreadStats& c) {
-        Tile<R> tiles[3];
+        Tile<R> tiles[most_fields];
         int loaded = -1;
         Int3 corner{};
         for_each_splat(splat_blocks[std::size_t(k)], [&](Gaussian<R>& g) {
@@ -51,10 +51,11 @@ void CpuSolver<R>::deform(const Lag& lag, bool clear)
             const bool cut_here = !split.empty() && split[std::size_t(block)];
             if (block != loaded) {
                 loaded = block, corner = 4 * lattice.block_at(block);
-                for (int f = 0; f < (cut_here ? 3 : 1); ++f)
+                for (int f = 0; f < (cut_here ? field_count() : 1); ++f)
                     load_tile(grid[f], lattice.block_at(block), tiles[f]);
             }
-            const Node<R>* nodes = tiles[cut_here ? g.label() : 0].node + tile_index(base - corner);
+            const Node<R>* nodes = tiles[cut_here ? field_of(g.object, g.label()) : 0].node +
+                                   tile_index(base - corner);
             const auto node = [&](Int3 step) {
                 return node_share(nodes[tile_index(step)], per_mass);
             };

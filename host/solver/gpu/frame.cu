@@ -65,7 +65,8 @@ void GpuSolver::capture()
 Features GpuSolver::features_for(bool tools) const
 {
     Features features = store.features();
-    features.tools = tools || features.blades;  // labels of a cut persist without an active blade
+    // Labels of a cut persist without an active blade; kernels for bodies are those with tools.
+    features.tools = tools || features.blades || features.bodies;
     features.splats = splats.count() > 0;
     return features;
 }
@@ -141,6 +142,7 @@ void GpuSolver::follow(const Views& views, const Features& features, bool at_end
 void GpuSolver::substep(const Views& views, const Features& features, int place, bool begins,
                         cudaStream_t stream)
 {
+    separate(views, features, processors, stream);
     grid(views, features, processors, stream, begins);
     if (place % follow_every == follow_every - 1) follow(views, features, false, stream);
     if (features.mean_pressure) clear_pressures(views, processors, stream);

@@ -18,6 +18,7 @@ std::vector<std::pair<std::string, Amount>> of_a_frame(
     for (const auto& [stage, every] : {std::pair{"sort", 0},
                                        {"pose", 0},
                                        {"p2g", 0},
+                                       {"separate", 1},
                                        {"grid", 1},
                                        {"g2p", 1},
                                        {"deform", follow_every}}) {
@@ -102,6 +103,8 @@ void GpuSolver::walk(const StageObserver& watch) const
     };
     int k = 0;
     for (; k < warm + repeats && under_way(); ++k) {
+        if (features.bodies)
+            watch("separate", [&] { separate(views, features, processors, main); });
         watch("grid", [&] { grid(views, features, processors, main); });
         if (k % follow_every == follow_every - 1) deforms(false);
         watch("g2p", [&] {

@@ -12,7 +12,7 @@ namespace knead::gpu {
 NodeArrays::NodeArrays(const Lattice<float>& lattice, const Features& features)
 {
     const auto blocks = std::size_t(lattice.block_count()),
-               grid_nodes = std::size_t(lattice.node_count()) * (features.blades ? 3 : 1);
+               grid_nodes = std::size_t(lattice.node_count()) * std::size_t(field_count(features));
     for (int side = 0; side < 2; ++side) {
         if (side == 0 || !features.fixed_point) nodes[side] = DeviceArray<float4>(grid_nodes);
         if (features.fixed_point) sums[side] = DeviceArray<long long>(4 * grid_nodes);
@@ -43,7 +43,7 @@ std::size_t NodeArrays::bytes_for(const Lattice<float>& lattice, const Features&
                                  (features.tools ? sizeof(Mask) : 0) +
                                  (features.rests ? 9 * sizeof(int) + sizeof(int2) : 0),
                       of_node =
-                          std::size_t(features.blades ? 3 : 1) * (features.fixed_point ? 80 : 32) +
+                          std::size_t(field_count(features)) * (features.fixed_point ? 80 : 32) +
                           (features.fixed_point ? 0 : sizeof(int)) +
                           (features.mean_pressure ? 2 * sizeof(CellPressure) : 0);
     return std::size_t(lattice.block_count()) * of_block +
@@ -70,7 +70,7 @@ void Store::point()
         all.rest.woken[side] = box.woken[side].data();
         all.pressure.cells[side] = box.cells[side].data();
     }
-    all.grid.fields = used.blades ? 3 : 1;
+    all.grid.fields = field_count(used);
     all.grid.marks = box.marks.data(), all.grid.rim = box.rim.data();
     for (int k = 0; k < 3; ++k) all.grid.list[k] = box.list[k].data();
     all.tools.masks = box.masks.data();

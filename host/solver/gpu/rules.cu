@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "cuda/mpm/mean_pressure.h"
+#include "host/solver/bodies.h"
 #include "host/solver/gpu/store.cuh"
 
 namespace knead::gpu {
@@ -14,6 +15,8 @@ Features features_of(const SimulationConfig& s, bool deterministic)
     Features f{
         !s.rig.primitives.empty() || blades, deterministic,           blades,
         s.rest.mode != RestMode::none,       s.materials.size() != 1, PlasticityClass::elastic};
+    f.colours = bodies_of(s).colours, f.bodies = f.colours > 0;
+    if (f.bodies) f.tools = true;  // its kernels are those with tools
     for (const Material<double>& m : s.materials) {
         if (!there(m)) continue;
         f.mean_pressure = f.mean_pressure || shares_pressure(m);
@@ -65,10 +68,10 @@ void fill(DeviceArray<T>& to, const std::vector<T>& from)
 
 void Store::set_features(const Features& features)
 {
-    const bool same_nodes = features.tools == used.tools && features.blades == used.blades &&
-                            features.rests == used.rests &&
-                            features.fixed_point == used.fixed_point &&
-                            features.mean_pressure == used.mean_pressure;
+    const bool same_nodes =
+        features.tools == used.tools && features.blades == used.blades &&
+        features.rests == used.rests && features.fixed_point == used.fixed_point &&
+        features.mean_pressure == used.mean_pressure && features.colours == used.colours;
     used = features;
     if (same_nodes) return;
     set_box(all.lattice);
@@ -83,9 +86,14 @@ void Store::set_rules(const SceneState& rules)
     for (const Material<double>& m : config.materials) each.push_back(cast<float>(m));
     fill(materials, each);
     const Material<float> first = each.empty() ? Material<float>{} : each[0];
-    all.materials = {first, 1 / first.density, 1 / first.mass, materials.data(), int(each.size())};
+    const Bodies bodies = bodies_of(config);
+    fill(colours, bodies.colour);
+    all.bodies = body_fields<float>(bodies, config);
+    all.materials = {
+        first,         1 / first.density, 1 / first.mass, materials.data(), int(each.size()),
+        colours.data()};
     all.walls = walls_on<float>(config.lattice, config.walls);
-    const auto wanted = std::size_t(sliding_places(all.walls)) * (used.blades ? 3 : 1);
+    const auto wanted = std::size_t(sliding_places(all.walls)) * std::size_t(field_count(used));
     if (sliding.size() != wanted) sliding = DeviceArray<Sliding<float>>(wanted);
     all.sliding = sliding.data();
     all.gravity = cast<float>(config.gravity);

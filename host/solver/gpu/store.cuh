@@ -133,6 +133,7 @@ class Store {
     std::vector<float4> rows_on(int side) const;
 
     DeviceArray<Material<float>> materials;
+    DeviceArray<int> colours;  // by object, see Bodies
     DeviceArray<Binding<float>> bindings;
     DeviceArray<Primitive> primitives;
     DeviceArray<Sphere<float>> spheres[2];
