@@ -97,7 +97,8 @@ class Session {
     FolderLock lock;            // of o.out
     Scene scene;
     std::unique_ptr<SceneSplats> splats;
-    RunScript script;
+    std::unique_ptr<Simulator> simulator;
+    RunScript script;  // its captures read the simulator: it ends first
     Sequence mesh_files, clay_files;
     BatchRunOptions run_options;
     RunInfo facts;
@@ -378,20 +379,16 @@ int Session::run()
         hands = std::make_unique<HandSource>(recording, scene.hands);
         script.add_recorded(scene, recording);
     }
-    const std::unique_ptr<Simulator> solver = make_solver(scene.setup, device);
-    const struct EndOfScript {
-        RunScript& script;
-        ~EndOfScript() { script.end(); }
-    } end_before_solver{script};
-    const EditableSimulator* editable = solver->editable();
-    facts.solver = solver->name();
+    simulator = make_solver(scene.setup, device);
+    const EditableSimulator* editable = simulator->editable();
+    facts.solver = simulator->name();
     run_options.audit_every = o.audit_every > 0                 ? o.audit_every
                               : device.kind == DeviceKind::cuda ? 10
                                                                 : 1;
     RunObserver watching;
-    keep_splats(watching, *solver, device);
-    keep_checkpoints(watching, *solver, device);
-    if (earlier) load(*solver->editable(), *earlier, scene, *splats, in_folder(checkpoint_name));
+    keep_splats(watching, *simulator, device);
+    keep_checkpoints(watching, *simulator, device);
+    if (earlier) load(*simulator->editable(), *earlier, scene, *splats, in_folder(checkpoint_name));
     clear();
     open_writer();
     const std::vector<std::string> rest = left_out(scene, run_options);
@@ -409,13 +406,13 @@ int Session::run()
     RunRecord record;
     {
         Progress progress(frames_wanted(scene, hands.get(), o.frames), o.quiet || o.verbose);
-        watch(watching, progress, *solver);
+        watch(watching, progress, *simulator);
         if (script.any())
-            script.play(scene, *splats, *solver, hands.get(),
+            script.play(scene, *splats, *simulator, hands.get(),
                         frames_wanted(scene, hands.get(), o.frames), watching);
         cpu_before = process_seconds() - (earlier ? cpu_seconds_of(*earlier) : 0);
         began = wall_seconds();
-        record = run_frames(scene, *solver, hands.get(), run_options, watching,
+        record = run_frames(scene, *simulator, hands.get(), run_options, watching,
                             earlier ? &earlier->record : nullptr);
         facts.cpu_seconds = process_seconds() - cpu_before;
     }
@@ -428,7 +425,7 @@ int Session::run()
     facts.objects = object_facts(
         script.document(), [this](ObjectId object) { return script.simulated(object); },
         *record.last_good, editable ? editable->config().materials : scene.setup.materials);
-    write(record, *solver);
+    write(record, *simulator);
     const bool over = record.end == End::complete || record.end == End::numerical_failure;
     if (over && !o.out.empty() && !output_refused) remove_files(o.out, {checkpoint_name});
     return code(record);

@@ -33,8 +33,6 @@ class RunScript {
     // may change clay. The arguments must outlive it.
     void play(const Scene& scene, SceneSplats& splats, Simulator& solver, const HandSource* played,
               int frames, RunObserver& watch);
-    // Ends the captures of steps, which read the simulator: call before it is destroyed.
-    void end() { session.reset(); }
     // Of a run with --commands.
     std::optional<HistoryInfo> history() const
     {

@@ -24,7 +24,8 @@ constexpr std::array examples{
     R"({"frame":60,"copy_objects":{"objects":["cap"],"by":[0.2,0,0],"names":["second cap"]}})",
     R"({"frame":60,"scale_objects":{"objects":["cap"],"factor":1.5}})",
     R"({"frame":60,"merge_objects":{"objects":["ball","cap"],"name":"acorn"}})",
-    R"({"frame":60,"split_object":{"object":"ball","plane":{"point":[0.5,0.3,0.5],"normal":[0,1,0]}}})",
+    R"({"frame":60,"split_object":{"object":"ball","plane":)"
+    R"({"point":[0.5,0.3,0.5],"normal":[0,1,0]}}})",
     R"({"frame":60,"set_gravity":{"gravity":[0,-1.62,0]}})",
     R"({"frame":60,"set_walls":{"contact_mode":"separate","friction":0.6}})",
     R"({"frame":60,"set_hands":{"right":{"held":"rod"},"zoom":2.5}})",

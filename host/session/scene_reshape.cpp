@@ -330,57 +330,77 @@ SceneEditor::ClayEdit SceneEditor::edit_of(MergeObjects& command) const
     return edit;
 }
 
+namespace {
+
+// The part of each particle, in the order of `places`; of a plane, 0 is before it.
+Pieces parts_of(const SplitObject& command, const std::vector<PartClay>& clay,
+                const std::vector<Vec3<double>>& places, Vec3<double> origin,
+                const Lattice<double>& lattice)
+{
+    if (!command.plane) {
+        Pieces pieces = connected_pieces(clay, lattice);
+        if (pieces.count < 2)
+            refuse_field("pieces", fmt::format("there is no other piece of at least {} particles",
+                                               fewest_particles_in_part));
+        return pieces;
+    }
+    Pieces sides{2, {}};
+    for (const Vec3<double>& x : places)
+        sides.of_particle.push_back(
+            side_of(x, command.plane->point - origin, command.plane->normal));
+    const std::size_t behind = std::size_t(std::ranges::count(sides.of_particle, 1));
+    const std::size_t least = std::min(behind, places.size() - behind);
+    if (least == 0) refuse_field("plane", "all of the object is on one side");
+    if (least < fewest_particles_in_part)
+        refuse_field("plane", fmt::format("expected at least {} particles on each side, found {}",
+                                          fewest_particles_in_part, least));
+    return sides;
+}
+
+// Numbers of the parts: the largest, of equal ones the first, keeps `id`; the others have the given
+// ones of a log, or the next ones.
+std::vector<ObjectId> part_ids(const std::vector<ObjectId>& given, ObjectId id, IdSource next,
+                               const Pieces& pieces)
+{
+    std::vector<std::size_t> size(std::size_t(pieces.count), 0);
+    for (const int one : pieces.of_particle) ++size[std::size_t(one)];
+    const auto largest = std::ranges::max_element(size) - size.begin();
+    std::vector<ObjectId> all = given;
+    std::erase(all, id);
+    while (given.empty() && all.size() + 1 < size.size()) all.push_back(next.next());
+    if (all.size() + 1 != size.size())
+        refuse_field("ids",
+                     fmt::format("expected {} numbers, found {}", size.size(), all.size() + 1));
+    all.insert(all.begin() + largest, id);
+    return all;
+}
+
+}  // namespace
+
 SceneEditor::ClayEdit SceneEditor::edit_of(SplitObject& command) const
 {
     const SnapshotData all = parts.simulator->held(*parts.simulator->snapshot());
     const ObjectId id = id_of(command.object);
     const std::vector<int>& numbers = objects.at(id);
     const std::vector<PartClay> clay = clay_of(all, numbers);
-    Pieces pieces;
-    std::vector<Vec3<double>> places;  // of all particles, in the order of pieces.of_particle
+    std::vector<Vec3<double>> places;
     for (const PartClay& part : clay)
         for (const Particle<double>& p : part.particles) places.push_back(p.x);
-    const auto side = [&](Vec3<double> x) {
-        return side_of(x, command.plane->point - parts.scene.origin, command.plane->normal);
-    };
-    if (command.plane) {
-        pieces.count = 2;
-        for (const Vec3<double>& x : places) pieces.of_particle.push_back(side(x));
-    } else {
-        pieces = connected_pieces(clay, parts.simulator->config().lattice);
-        if (pieces.count < 2)
-            refuse_field("pieces", fmt::format("there is no other piece of at least {} particles",
-                                               fewest_particles_in_part));
-    }
-    std::vector<std::size_t> size(std::size_t(pieces.count), 0);
-    for (const int one : pieces.of_particle) ++size[std::size_t(one)];
-    if (const std::size_t least = std::ranges::min(size); least < fewest_particles_in_part)
-        refuse_field("plane", least == 0
-                                  ? "all of the object is on one side"
-                                  : fmt::format("expected at least {} particles on each side, "
-                                                "found {}",
-                                                fewest_particles_in_part, least));
-    const std::size_t largest = std::size_t(std::ranges::max_element(size) - size.begin());
-    std::vector<ObjectId> fresh = command.ids;
-    std::erase(fresh, id);
-    IdSource next = ids;
-    while (command.ids.empty() && fresh.size() + 1 < size.size()) fresh.push_back(next.next());
-    if (fresh.size() + 1 != size.size())
-        refuse_field("ids",
-                     fmt::format("expected {} numbers, found {}", size.size(), fresh.size() + 1));
-    command.ids.clear();
-    for (std::size_t i = 0, other = 0; i < size.size(); ++i)
-        command.ids.push_back(i == largest ? id : fresh[other++]);
+    const Vec3<double> origin = parts.scene.origin;
+    const Pieces pieces =
+        parts_of(command, clay, places, origin, parts.simulator->config().lattice);
+    command.ids = part_ids(command.ids, id, ids, pieces);
     ClayEdit edit = unchanged(all);
     edit.gone = numbers, edit.objects.at(id).clear();
     // Index of the new part of each old one and piece; -1: none.
-    std::vector<std::vector<int>> part_of(clay.size(), std::vector<int>(size.size(), -1));
+    const std::size_t count_of_pieces = command.ids.size();
+    std::vector<std::vector<int>> part_of(clay.size(), std::vector<int>(count_of_pieces, -1));
     std::size_t at = 0;
     for (std::size_t k = 0; k < clay.size(); ++k) {
-        std::vector<PartClay> of_piece(size.size(), PartClay{clay[k].material, {}});
+        std::vector<PartClay> of_piece(count_of_pieces, PartClay{clay[k].material, {}});
         for (const Particle<double>& p : clay[k].particles)
             of_piece[std::size_t(pieces.of_particle[at++])].particles.push_back(p);
-        for (std::size_t piece = 0; piece < size.size(); ++piece) {
+        for (std::size_t piece = 0; piece < count_of_pieces; ++piece) {
             if (of_piece[piece].particles.empty()) continue;
             part_of[k][piece] = int(edit.added.size());
             edit.added.push_back({command.ids[piece], std::move(of_piece[piece])});
@@ -391,9 +411,10 @@ SceneEditor::ClayEdit SceneEditor::edit_of(SplitObject& command) const
         const auto number = std::ranges::find(numbers, one.gaussian.object);
         if (number == numbers.end()) continue;
         if (!command.plane && !nearest) nearest.emplace(places);
+        const Vec3<double> x = one.gaussian.x;
         const std::size_t piece = std::size_t(
-            command.plane ? side(one.gaussian.x)
-                          : pieces.of_particle[std::size_t((*nearest)(one.gaussian.x).index)]);
+            command.plane ? side_of(x, command.plane->point - origin, command.plane->normal)
+                          : pieces.of_particle[std::size_t((*nearest)(x).index)]);
         one.part = part_of[std::size_t(number - numbers.begin())][piece];
         // A part of a merged object may have no particles there: another one of the piece has.
         for (std::size_t k = 0; one.part < 0; ++k) one.part = part_of[k][piece];

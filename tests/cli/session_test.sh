@@ -55,12 +55,13 @@ cat >parts.json <<SCENE
 {"schema": "knead.scene/1", "domain": {"edge": 0.64, "cells": 32}, "frame_rate": 90,
  "objects": []}
 SCENE
+cut='"point":[0.16,0.17,0.16],"normal":[0,1,0]'
 cat >parts.jsonl <<LOG
 {"frame":0,"add_object":{"object":{$ball,"material":"clay"}}}
 {"frame":0,"scale_objects":{"objects":["a"],"factor":2}}
 {"frame":0,"copy_objects":{"objects":["a"],"by":[0.26,0.02,0],"names":["b"]}}
 {"frame":0,"set_gravity":{"gravity":[0,-1,0]}}
-{"frame":10,"split_object":{"object":"a","plane":{"point":[0.16,0.17,0.16],"normal":[0,1,0]},"names":["l","r"]}}
+{"frame":10,"split_object":{"object":"a","plane":{$cut},"names":["l","r"]}}
 {"frame":12,"merge_objects":{"objects":["b","l"],"name":"c"}}
 {"frame":14,"undo":{}}
 {"frame":15,"redo":{}}
