@@ -111,7 +111,7 @@ TEST(Panel, AddsEachShapeAboveTheClay)
             ASSERT_EQ(document->objects.size(), before + 1);
             const SceneObject& added = *document->objects.back();
             EXPECT_EQ(added.source.shape, new_shapes[i].shape);
-            EXPECT_EQ(added.name, new_shapes[i].name);
+            EXPECT_EQ(added.name, i == 0 ? "ball 2" : new_shapes[i].name) << "the scene has a ball";
             EXPECT_EQ(added.material.name, "plasticine");
             EXPECT_EQ(session.panel.ui.chosen, added.id) << "the new one is chosen";
             const Box3<double> box = box_of(object_of(added));
