@@ -106,7 +106,7 @@ Vec3<double> free_place(const LiveState& state, const std::vector<ObjectId>& rec
     const Heights heights(state, recent);
     const Vec3<double> half = 0.5 * size, beside{gap, gap, gap};
     const Vec3<double> middle = 0.5 * (walls.min + walls.max),
-                       free = 0.5 * (walls.max - walls.min) - half - beside;
+                       free = 0.5 * (walls.max - walls.min) - half;
     const double most = walls.max.y - half.y - std::min(gap, 0.01 * size.y);
     std::vector<Vec3<double>> places;
     for (int i = -2; i <= 2; ++i)
@@ -141,7 +141,8 @@ SceneObject new_object(const LiveState& state, const std::vector<ObjectId>& rece
     const auto letters = shape.shape == ShapeKind::text ? letters_of(text).letters : nullptr;
     o.source.size = size_of(shape.shape, across, between, letters.get());
     // A surface is about a cell around its clay.
-    const double gap = state.scene ? 2 * state.scene->scene.setup.lattice.dx : across / 10;
+    const double cells = state.scene ? 2 * state.scene->scene.setup.lattice.dx : across;
+    const double gap = std::min(cells, across / 4);
     o.pose.p = free_place(state, recent, own_extents(o), gap);
     return o;
 }
