@@ -225,6 +225,16 @@ double Letters::depth(Point2 at) const
     return std::copysign(std::sqrt(best.squared), best.depth);
 }
 
+std::pair<double, double> Letters::reach(Point2 along) const
+{
+    double low = 0, high = 0;
+    for (const Edge& e : edges_) {
+        const double at = dot(e.a, along);
+        low = std::min(low, at), high = std::max(high, at);
+    }
+    return {low, high};
+}
+
 MadeLetters letters_of(const std::string& text)
 {
     constexpr std::size_t most = 64;

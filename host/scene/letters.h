@@ -2,6 +2,7 @@
 #pragma once
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/scene/glyphs.h"
@@ -16,6 +17,8 @@ class Letters {
     // Exact within a capital's height of the outline, elsewhere a lower bound; negative outside.
     double depth(Point2 at) const;
     double area() const { return area_; }
+    // Lowest and highest of dot(p, along) over the points p of the outline.
+    std::pair<double, double> reach(Point2 along) const;
     double width() const { return width_; }
     double height() const { return height_; }
 

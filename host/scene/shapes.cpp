@@ -62,15 +62,29 @@ double depth_of_text(const Object& o, Vec3<double> d)
                capital * o.letters->depth({d.x / capital, d.y / capital}));
 }
 
-// Lowest and highest place of a cone, from its centre, along an axis that is at `axis` (cosine) to
-// its own.
+// Lowest and highest place along an axis, from the object's centre. `x`, `y`, `z`: cosines between
+// the axis and those of the object.
 struct Reach {
     double low, high;
 };
-Reach reach_of_cone(Vec3<double> size, double axis)
+Reach reach_along(const Object& o, double x, double y, double z)
 {
-    const double apex = axis * size.y / 2, disc = std::sqrt(max(0.0, 1 - axis * axis)) * size.x / 2;
-    return {min(apex, -apex - disc), max(apex, -apex + disc)};
+    if (o.shape == ShapeKind::cone) {
+        const double apex = y * o.size.y / 2, disc = std::sqrt(max(0.0, 1 - y * y)) * o.size.x / 2;
+        return {min(apex, -apex - disc), max(apex, -apex + disc)};
+    }
+    if (!o.letters) return {0, 0};
+    const auto [low, high] = o.letters->reach({x, y});
+    const double face = std::abs(z) * o.size.z / 2;
+    return {o.size.y * low - face, o.size.y * high + face};
+}
+// Per axis, of those that are not the same on both sides of their centre: cone and text.
+template <class Of>
+Vec3<double> by_reach(const Object& o, const Of& of)
+{
+    const Mat3<double> R = rotation(o.rotation);
+    return {of(reach_along(o, R.a.x, R.b.x, R.c.x)), of(reach_along(o, R.a.y, R.b.y, R.c.y)),
+            of(reach_along(o, R.a.z, R.b.z, R.c.z))};
 }
 
 // Full extents in the object's frame.
@@ -156,17 +170,13 @@ Vec3<double> extents(const Object& o)
             return box_extents(R, s - all) + all;
         }
         case ShapeKind::cone:
-            return round_extents(R, [&](double axis) {
-                const Reach reach = reach_of_cone(s, axis);
-                return reach.high - reach.low;
-            });
+        case ShapeKind::text:
+            return by_reach(o, [](Reach reach) { return reach.high - reach.low; });
         case ShapeKind::capsule:
             return round_extents(R,
                                  [&](double axis) { return std::abs(axis) * (s.y - s.x) + s.x; });
         case ShapeKind::torus:
             return round_extents(R, [&](double axis) { return sine(axis) * (s.x - s.y) + s.y; });
-        case ShapeKind::text:
-            return box_extents(R, text_size(o));
         case ShapeKind::splats:
         case ShapeKind::sphere:
             break;
@@ -177,11 +187,8 @@ Vec3<double> extents(const Object& o)
 Vec3<double> middle_of(const Object& o)
 {
     if (o.given) return o.given->middle;
-    if (o.shape != ShapeKind::cone) return o.centre;
-    return o.centre + round_extents(rotation(o.rotation), [&](double axis) {
-               const Reach reach = reach_of_cone(o.size, axis);
-               return (reach.low + reach.high) / 2;
-           });
+    if (o.shape != ShapeKind::cone && o.shape != ShapeKind::text) return o.centre;
+    return o.centre + by_reach(o, [](Reach reach) { return (reach.low + reach.high) / 2; });
 }
 
 Box3<double> box_of(const Object& o)

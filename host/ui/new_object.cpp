@@ -62,7 +62,8 @@ int free_category(const Document& document)
 // Height of the highest clay in a column, `floor` if there is none.
 class Heights {
   public:
-    explicit Heights(const LiveState& state) : meshes_(meshes_of(state)), document_(*state.document)
+    Heights(const LiveState& state, const std::vector<ObjectId>& recent)
+        : meshes_(meshes_of(state)), document_(*state.document), recent_(recent)
     {
         if (state.scene) frame_ = state.scene->scene.origin;
     }
@@ -79,11 +80,13 @@ class Heights {
                 if (in_column(x, x)) top = std::max(top, x.y);
             }
         for (const auto& o : document_.objects) {
-            if (o->source.shape != ShapeKind::splats) continue;
+            const bool splats = o->source.shape == ShapeKind::splats;
+            if (!splats && std::ranges::find(recent_, o->id) == recent_.end()) continue;
             const double reach = o->source.splats.size / 2;
             const Vec3<double> all{reach, reach, reach};
-            if (in_column(o->pose.p - all, o->pose.p + all))
-                top = std::max(top, o->pose.p.y + reach);
+            const Box3<double> box =
+                splats ? Box3<double>{o->pose.p - all, o->pose.p + all} : box_of(object_of(*o));
+            if (in_column(box.low, box.high)) top = std::max(top, box.high.y);
         }
         return top;
     }
@@ -91,17 +94,19 @@ class Heights {
   private:
     Meshes meshes_;
     const Document& document_;
+    const std::vector<ObjectId>& recent_;
     Vec3<double> frame_{};
 };
 
 // Where the centre of a box is.
-Vec3<double> free_place(const LiveState& state, Vec3<double> size, double gap)
+Vec3<double> free_place(const LiveState& state, const std::vector<ObjectId>& recent,
+                        Vec3<double> size, double gap)
 {
     const WallOptions& walls = state.document->scene->walls;
-    const Heights heights(state);
+    const Heights heights(state, recent);
     const Vec3<double> half = 0.5 * size, beside{gap, gap, gap};
     const Vec3<double> middle = 0.5 * (walls.min + walls.max),
-                       free = 0.5 * (walls.max - walls.min) - half - beside;
+                       free = 0.5 * (walls.max - walls.min) - half;
     const double most = walls.max.y - half.y - std::min(gap, 0.01 * size.y);
     std::vector<Vec3<double>> places;
     for (int i = -2; i <= 2; ++i)
@@ -120,8 +125,8 @@ Vec3<double> free_place(const LiveState& state, Vec3<double> size, double gap)
 
 }  // namespace
 
-SceneObject new_object(const LiveState& state, const NewShape& shape, const MaterialSpec& material,
-                       const std::string& text)
+SceneObject new_object(const LiveState& state, const std::vector<ObjectId>& recent,
+                       const NewShape& shape, const MaterialSpec& material, const std::string& text)
 {
     const WallOptions& walls = state.document->scene->walls;
     const Vec3<double> between = walls.max - walls.min;
@@ -136,8 +141,9 @@ SceneObject new_object(const LiveState& state, const NewShape& shape, const Mate
     const auto letters = shape.shape == ShapeKind::text ? letters_of(text).letters : nullptr;
     o.source.size = size_of(shape.shape, across, between, letters.get());
     // A surface is about a cell around its clay.
-    const double gap = state.scene ? 2 * state.scene->scene.setup.lattice.dx : across / 10;
-    o.pose.p = free_place(state, own_extents(o), gap);
+    const double cells = state.scene ? 2 * state.scene->scene.setup.lattice.dx : across;
+    const double gap = std::min(cells, across / 4);
+    o.pose.p = free_place(state, recent, own_extents(o), gap);
     return o;
 }
 

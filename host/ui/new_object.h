@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <string>
+#include <vector>
 
 #include "host/live/live_session.h"
 
@@ -25,8 +26,10 @@ inline constexpr const char* usual_text = "knead";
 
 // An object of a fifth of the shortest side between the walls, of this material. It is above the
 // highest clay in the middle, or, where there is no room for that, at the nearest of 5 x 5 places
-// that have it. `text`: of the shape `text`. Precondition: there is a document.
-SceneObject new_object(const LiveState& state, const NewShape& shape, const MaterialSpec& material,
+// that have it. `recent`: objects that the surface may not contain yet; they count where the
+// document has them. `text`: of the shape `text`. Precondition: there is a document.
+SceneObject new_object(const LiveState& state, const std::vector<ObjectId>& recent,
+                       const NewShape& shape, const MaterialSpec& material,
                        const std::string& text);
 
 }  // namespace knead

@@ -83,7 +83,7 @@ void PanelController::follow(const LiveState& state, LiveSession& session, doubl
     const bool other = state.document != shown_ || refused;
     if (state.document && (anew || (other && state.answered >= sent_))) {
         shown_ = ui.document = state.document;
-        choose_object(anew);
+        choose_object(anew, state.frame.number);
     }
     if (!state.saved_as.empty() && state.saved_as != saved_as_) {
         remember(state.saved_as);
@@ -120,13 +120,17 @@ void PanelController::follow_scene(const LiveState& state)
 }
 
 // A new object is chosen; in place of one that is gone, the first.
-void PanelController::choose_object(bool anew)
+void PanelController::choose_object(bool anew, long frame)
 {
     std::vector<ObjectId> now;
     for (const auto& one : ui.document->objects) now.push_back(one->id);
     std::vector<ObjectId> added;
     std::set_difference(now.begin(), now.end(), objects_.begin(), objects_.end(),
                         std::back_inserter(added));
+    if (anew) ui.appeared.clear();
+    std::erase_if(ui.appeared, [&](const auto& one) { return !ui.document->find(one.first); });
+    for (const ObjectId id : added)
+        if (!anew) ui.appeared[id] = frame;
     if (!anew && added.size() == 1) ui.chosen = added.front();
     if (!ui.document->find(ui.chosen)) ui.chosen = now.empty() ? ObjectId{} : now.front();
     objects_ = std::move(now);

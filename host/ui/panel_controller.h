@@ -62,7 +62,7 @@ class PanelController {
     void ask(const ControlEvent& event, const LiveState& state);
     void answer(int button, LiveSession& session);
     void act(const ControlEvent& event, LiveSession& session);
-    void choose_object(bool anew);
+    void choose_object(bool anew, long frame);
     void discard_log(std::size_t row);
 
     void remember(const std::string& file);

@@ -260,7 +260,12 @@ std::vector<Command> add_command(const LiveState& state, const UiState& ui,
     if (!at || *at < 0 || std::size_t(*at) >= new_shapes.size() || !state.document) return {};
     const SceneObject* const like = chosen_object(ui);
     const MaterialSpec& material = like ? like->material : material_spec("clay");
-    return {AddObject{new_object(state, new_shapes[std::size_t(*at)], material, ui.text)}};
+    // A surface is made every few frames.
+    constexpr long lag = 30;
+    std::vector<ObjectId> recent;
+    for (const auto& [id, frame] : ui.appeared)
+        if (state.frame.number <= frame + lag) recent.push_back(id);
+    return {AddObject{new_object(state, recent, new_shapes[std::size_t(*at)], material, ui.text)}};
 }
 
 std::vector<Command> tool_command(const ControlEvent& event)

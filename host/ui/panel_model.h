@@ -1,6 +1,7 @@
 // What the panel shows, for window and headset alike: a pure function of the published state and of
 // the state of the user interface. Independent of Dear ImGui, OpenGL and OpenXR.
 #pragma once
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -98,6 +99,7 @@ struct UiState {
     // The published document with all unanswered commands applied. Null: none was published yet.
     DocumentPtr document;
     ObjectId chosen;                          // the object that controls change
+    std::map<ObjectId, long> appeared;        // objects that came later: number of the frame before
     std::string scene;                        // path of the scene or session that was opened
     std::string saves_as;                     // suggested path of a session
     std::vector<std::string> beside, recent;  // paths that can be opened

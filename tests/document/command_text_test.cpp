@@ -294,7 +294,7 @@ TEST(CommandText, WhatIsWrongIsSaidWithFileLineAndField)
         {R"({"frame": 6, "set_hands": {"left": {"hold": "rod"}}})",
          "a.jsonl:2: /set_hands/left/hold: unknown key"},
         {R"({"frame": 6, "add_object": {}})", "a.jsonl:2: /add_object/object: expected"},
-        {R"({"frame": 6, "add_object": {"object": {"shape": "cone"}}})",
+        {R"({"frame": 6, "add_object": {"object": {"shape": "pyramid"}}})",
          "a.jsonl:2: /add_object/object/shape: expected one of"},
         {R"({"frame": 6, "add_object": {"object": {"centre": [0, 0, 0], "diameter": 1, "id": 0}}})",
          "a.jsonl:2: /add_object/object/id: expected a whole number from 1"},

@@ -111,16 +111,22 @@ TEST(Panel, AddsEachShapeAboveTheClay)
             ASSERT_EQ(document->objects.size(), before + 1);
             const SceneObject& added = *document->objects.back();
             EXPECT_EQ(added.source.shape, new_shapes[i].shape);
-            EXPECT_EQ(added.name, new_shapes[i].name);
+            EXPECT_EQ(added.name, i == 0 ? "ball 2" : new_shapes[i].name) << "the scene has a ball";
             EXPECT_EQ(added.material.name, "plasticine");
             EXPECT_EQ(session.panel.ui.chosen, added.id) << "the new one is chosen";
-            const Box3<double> box = box_of(object_of(added));
+            const Object shape = object_of(added);
+            const Box3<double> box = box_of(shape);
             for (std::size_t k = 0; k < before; ++k) {
-                const Box3<double> other = box_of(object_of(*document->objects[k]));
-                const bool apart = box.low.y > other.high.y || box.low.x > other.high.x ||
-                                   box.high.x < other.low.x || box.low.z > other.high.z ||
-                                   box.high.z < other.low.z;
-                EXPECT_TRUE(apart) << added.name << " and " << document->objects[k]->name;
+                const Object other = object_of(*document->objects[k]);
+                int shared = 0;
+                for (int n = 0; n < 20 * 20 * 20; ++n) {
+                    const Vec3<double> size = box.high - box.low;
+                    const Vec3<double> x =
+                        box.low + Vec3<double>{size.x * (n % 20) / 19, size.y * (n / 20 % 20) / 19,
+                                               size.z * (n / 400) / 19};
+                    shared += inside(shape, x) && inside(other, x);
+                }
+                EXPECT_EQ(shared, 0) << added.name << " and " << other.name;
             }
             // Room for the next.
             if (before > 1) {

@@ -125,6 +125,7 @@ TEST(Panels, OfWindowAndHeadsetGiveEqualCommandsForOneScript)
              hand.press({Control::cells, 0}, 1);
          },
          0},
+        {"the first object", object(0), 0},
         {"deleted", press(Control::remove)},
         {"reset", press(Control::reset)},
         {"more cells",
