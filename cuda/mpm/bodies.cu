@@ -18,7 +18,7 @@ struct Fields {
     __device__ float mass(int field, int node) const
     {
         if constexpr (fixed_point)
-            return 1 / d.mass_scale * __ll2float_rn(sums(at(field, node))[3]);
+            return d.mass_unit * __ll2float_rn(sums(at(field, node))[3]);
         else
             return d.nodes[parity][at(field, node)].w;
     }
@@ -26,7 +26,7 @@ struct Fields {
     {
         if constexpr (fixed_point) {
             const long long* s = sums(at(field, i));
-            const float p = 1 / d.momentum_scale;  // a power of two: exact
+            const float p = d.momentum_unit;
             return {p * __ll2float_rn(s[0]), p * __ll2float_rn(s[1]), p * __ll2float_rn(s[2])};
         } else {
             const float4 n = d.nodes[parity][at(field, i)];
@@ -64,7 +64,7 @@ struct Fields {
 // One node per thread. Threads change the momenta of their own node; masses, which they read around
 // it, stay as they are.
 template <bool fixed_point>
-__global__ void __launch_bounds__(block_nodes) body_kernel(const __grid_constant__ BodyView d)
+__global__ void __launch_bounds__(block_nodes, 8) body_kernel(const __grid_constant__ BodyView d)
 {
     const Clock& clock = *d.clock;
     const int n = clock.done, listed = clock.active[n % 3];

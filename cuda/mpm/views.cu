@@ -162,9 +162,15 @@ GridUpdateView grid_view(const Views& d)
 BodyView body_view(const Views& d)
 {
     const GridView& g = d.grid;
-    return {
-        d.lattice,        d.bodies,     {g.list[0], g.list[1], g.list[2]}, d.clock,
-        g.momentum_scale, g.mass_scale, {g.nodes[0], g.nodes[1]},          {g.sums[0], g.sums[1]}};
+    return {d.lattice,
+            d.bodies,
+            {g.list[0], g.list[1], g.list[2]},
+            d.clock,
+            g.momentum_scale,
+            1 / g.momentum_scale,
+            1 / g.mass_scale,
+            {g.nodes[0], g.nodes[1]},
+            {g.sums[0], g.sums[1]}};
 }
 
 G2pView g2p_view(const Views& d)

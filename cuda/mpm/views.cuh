@@ -298,7 +298,8 @@ struct BodyView {
     BodyFields<float> bodies;
     const int* list[3];  // blocks that hold mass in substep n, in n % 3
     const Clock* clock;
-    float momentum_scale, mass_scale;
+    float momentum_scale;            // fixed-point units per kg m/s
+    float momentum_unit, mass_unit;  // one unit [kg m/s], [kg]: powers of two
     // writes
     float4* nodes[2];    // of substep n, in n % 2
     long long* sums[2];  // used instead in fixed point; else null

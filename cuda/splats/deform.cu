@@ -111,7 +111,7 @@ __device__ void report(Clock& clock, const Happened& happened, int substeps)
 
 // Moves the Gaussians.
 template <class Case>
-__global__ void __launch_bounds__(threads, Case::features.blades ? 5 : 6)
+__global__ void __launch_bounds__(threads, Case::features.blades || Case::features.bodies ? 5 : 6)
     follow_kernel(const __grid_constant__ DeformView d)
 {
     let_next_stage_start();
