@@ -236,6 +236,9 @@ class Reduction {
             if (c.factor == 1) continue;
             double& splats = o.source.splats.size;
             o.source.size = c.factor * o.source.size, splats = c.factor * splats;
+            const Vec3<double>& side = o.source.size;
+            o.source.rounding =
+                std::min(c.factor * o.source.rounding, std::min({side.x, side.y, side.z}) / 2);
             if (std::max({o.source.size.x, o.source.size.y, o.source.size.z, splats}) > 1000)
                 refuse("factor", "expected an object of at most 1000 m");
             replace_in(next, std::move(o));

@@ -363,10 +363,10 @@ TYPED_TEST_SUITE(BodyContactOf, Scalars);
 TYPED_TEST(BodyContactOf, TheDepthBelowASurfaceFollowsFromTheRatioOfTwoNodes)
 {
     using R = TypeParam;
-    for (const double h : {0.578, 0.8, 1.0})
+    for (const double apart : {0.578, 0.8, 1.0})
         for (double t = -1.45; t < 1.3; t += 0.05) {
-            const R ratio = share_below(R(t)) / share_below(R(t + h));
-            EXPECT_NEAR(depth_of_ratio(ratio, R(h)), t, 1e-3) << h;
+            const R ratio = share_below(R(t)) / share_below(R(t + apart));
+            EXPECT_NEAR(depth_of_ratio(ratio, R(apart)), t, 1e-3) << apart;
         }
     EXPECT_EQ(depth_of_ratio(R(0), R(1)), R(-1.5));
     EXPECT_EQ(depth_of_ratio(R(1), R(1)), R(1.5));
@@ -392,7 +392,9 @@ TYPED_TEST(BodyContactOf, AGapBetweenHalfSpacesIsFoundWhereverNodesLie)
                 ASSERT_TRUE(gap.found);
                 EXPECT_NEAR(gap.n.x, n.x, 1e-5);
                 EXPECT_NEAR(gap.n.y, n.y, 1e-5);
-                if (axis.y == 0) EXPECT_NEAR(gap.width, std::fmax(0, width - touching), 2e-3) << at;
+                if (axis.y == 0) {
+                    EXPECT_NEAR(gap.width, std::fmax(0, width - touching), 2e-3) << at;
+                }
             }
     }
 }
