@@ -2,9 +2,9 @@
 // separate and slide with Coulomb friction; they do not approach each other by more than the gap
 // between the bodies.  (25a)
 //
-// A field spreads 1.5 cells beyond the surface of its clay: approach of two fields at a node does
-// not mean that the bodies touch. The gap follows from the volume shares of the node and of its
-// neighbours towards the emptier side.
+// A field extends 1.5 cells beyond the surface of its clay, so that two fields that approach at a
+// node need not touch. The gap follows from the volume shares at the node and at its neighbours in
+// the direction of the body with the smaller share.
 #pragma once
 #include <cstdint>
 
@@ -30,7 +30,7 @@ template <class R>
 struct BodyFields {
     int colours;  // 2 to most_colours; 0: one field
     R friction;
-    R per_full[most_fields];  // by colour: 1 over the mass of a node within its clay [1/kg]
+    R per_full[most_fields];  // by colour: 1 / mass of a node in full clay [1/kg]
 };
 
 // Share of the full mass of a node `t` cells below the surface of a half space: the integral of the
@@ -91,7 +91,7 @@ struct Gap {
 // Below this gap the bodies touch [cells].
 constexpr double touching = 0.05;
 
-// volume(f, step): volume share of field f, 0 or 1, at the node `step` from this one.
+// volume(f, step): volume share of field f (f = 0 or 1) at the node `step` from this one.
 template <class R, class Volume>
 HD Gap<R> gap_between(Volume&& volume)
 {
@@ -142,7 +142,7 @@ HD Gap<R> gap_between(Volume&& volume)
 }
 
 // Impulse that the first of two fields loses and the second gains [kg m/s]. `a` and `b`: momentum
-// and mass. They may still approach each other at `approach` [m/s].
+// and mass. `approach`: closing speed that is still allowed [m/s].
 template <class R>
 HD Vec3<R> contact_impulse(const Node<R>& a, const Node<R>& b, Vec3<R> n, R approach, R friction)
 {
@@ -162,8 +162,8 @@ HD Vec3<R> contact_impulse(const Node<R>& a, const Node<R>& b, Vec3<R> n, R appr
 
 // Contact of all fields at a node, before gravity, tools and walls. mass(c, step): mass of colour c
 // at the node `step` from this one [kg]; momentum(c): its momentum here; add(c, impulse) changes
-// that. Pairs in order of colour; three and more fields in two sweeps. Momentum is exact in each
-// pair. Returns whether an impulse was applied.
+// that. Pairs are taken in order of colour, twice if there are three or more fields. Each pair
+// conserves momentum to rounding. Returns whether an impulse was applied.
 template <class R, class Mass, class Momentum, class Add>
 HD bool separate_fields(const BodyFields<R>& fields, R dx, R dt, Mass&& mass, Momentum&& momentum,
                         Add&& add)

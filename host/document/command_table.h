@@ -175,59 +175,62 @@ struct Row<CopyObjects> {
         command_field("by", &CopyObjects::by, "from each object to its copy", anywhere),
         command_field("names", &CopyObjects::names,
                       "of the copies; those without one are named \"NAME copy\""),
-        command_field("ids", &CopyObjects::ids,
-                      "of a log: the numbers that were given to the copies")};
+        command_field("ids", &CopyObjects::ids, "set in logs: the numbers given to the copies")};
 };
 template <>
 struct Row<ScaleObjects> {
     static constexpr CommandRow row{
         "scale_objects",
         "Scale",
-        "Changes the size of objects about their centres of mass, and their mass by the factor's "
-        "third power; clay that would be behind a wall is shifted, or the command refused.",
+        "Scales each object about its centre of mass, its mass by the cube of the factor; an "
+        "object that would cross a wall is shifted, and one that does not fit or would touch other "
+        "clay is refused.",
         Receiver::document,
         UndoRule::step,
         needs_edits};
     static constexpr std::tuple fields{
         command_field("objects", &ScaleObjects::objects, "the objects, at least one"),
-        command_field("factor", &ScaleObjects::factor, "of lengths", {0.1, 10})};
+        command_field("factor", &ScaleObjects::factor, "of lengths; of volume and mass its cube",
+                      {0.1, 10})};
 };
 template <>
 struct Row<MergeObjects> {
     static constexpr CommandRow row{
         "merge_objects",
         "Merge",
-        "Makes one object of several; their clay, with its materials, stays as it is.",
+        "Merges objects into one; their clay keeps its state and materials and takes the category "
+        "of the first object.",
         Receiver::document,
         UndoRule::step,
         needs_edits};
     static constexpr std::tuple fields{
-        command_field("objects", &MergeObjects::objects,
-                      "the objects, at least two; the first keeps its number and category"),
-        command_field("name", &MergeObjects::name, "new label; absent: that of the first")};
+        command_field(
+            "objects", &MergeObjects::objects,
+            "the objects, at least two; the first keeps its number, the others are removed"),
+        command_field("name", &MergeObjects::name, "new name; absent: that of the first")};
 };
 template <>
 struct Row<SplitPlane> {
     static constexpr std::tuple fields{
         command_field("point", &SplitPlane::point,
                       "a point of it, in the frame of the scene's file", anywhere),
-        command_field("normal", &SplitPlane::normal, "of any length; points into the first part",
-                      {-1000, 1000})};
+        command_field("normal", &SplitPlane::normal,
+                      "of any length but 0; points to the first part", {-1000, 1000})};
 };
 template <>
 struct Row<SplitObject> {
     static constexpr CommandRow row{
         "split_object",
         "Split",
-        "Makes two objects of one by a plane, or one of each piece that is not connected to the "
-        "others; refused for parts of less than 64 particles.",
+        "Splits an object in two by a plane, or into its unconnected pieces; a plane is refused "
+        "with fewer than 64 particles on one side, a smaller piece is added to the nearest one.",
         Receiver::document,
         UndoRule::step,
         needs_edits};
     static constexpr std::tuple fields{
         command_field("object", &SplitObject::object, "the object"),
-        command_field("plane", &SplitObject::plane, "the plane; either this or `pieces`"),
-        command_field("pieces", &SplitObject::pieces, "true: by pieces"),
+        command_field("plane", &SplitObject::plane, "the plane; exactly one of this and `pieces`"),
+        command_field("pieces", &SplitObject::pieces, "true: into unconnected pieces"),
         command_field("names", &SplitObject::names,
                       "of the part before the plane and the one behind it, or of pieces from the "
                       "largest; without one the largest part keeps its name NAME, and others are "

@@ -30,8 +30,8 @@ struct Pointing {
 
 class PointerHand {
   public:
-    static constexpr double appear_time = 0.2;  // a filter needs to know a hand [s]
-    static constexpr double press_time = 0.25;  // way in, way out [s]
+    static constexpr double appear_time = 0.2;  // start-up time of the hand filter [s]
+    static constexpr double press_time = 0.25;  // of the way in, and of the way out [s]
 
     Side side = right;
     Posture posture = Posture::relaxed;
@@ -42,8 +42,8 @@ class PointerHand {
     double gap = 0.03;                 // beside the surface before and after a press, likewise [m]
     bool pressed = false;              // the button is down
 
-    // Aims at the surface. During a press the hand follows the pointer at the distance from the eye
-    // that the press began at, and keeps its direction.
+    // Aims at the surface. During a press the target follows the pointer at a fixed depth along the
+    // gaze, and the direction of the press is fixed.
     void aim(const Pointing& at);
     // Advances to `time` [s]. A press is completed even if the button was down for an instant only.
     void advance(double time);
@@ -57,8 +57,8 @@ class PointerHand {
     Fingers fingers() const;
     // Both hands at the time of the last advance(), in the tracker's frame of the options, which
     // maps to the simulation's frame by at + zoom * p. The other hand is untracked, and so is this
-    // one except during a press: a hand on its way to another place shapes no clay. Its joints are
-    // valid all the time.
+    // one except during a press, so that its motion between places does not deform clay. Its joints
+    // are valid all the time.
     HandFrame hands(const HandsOptions& options) const;
     // Where it points, and the direction of a press (unit), in the simulation's frame.
     Vec3<double> target() const { return target_; }

@@ -14,7 +14,8 @@ class Letters {
   public:
     explicit Letters(const std::vector<std::vector<Point2>>& contours);
 
-    // Exact within a capital's height of the outline, elsewhere a lower bound; negative outside.
+    // Signed depth, negative outside. Exact within a capital's height of the outline; elsewhere its
+    // magnitude is a lower bound.
     double depth(Point2 at) const;
     double area() const { return area_; }
     // Lowest and highest of dot(p, along) over the points p of the outline.
@@ -48,8 +49,8 @@ class Letters {
     double area_ = 0, width_ = 0, height_ = 0, half_ = 0;  // half_: of the largest square
 };
 
-// From the font of the system. The same object for equal texts, as long as it is in use or one of
-// the last ones. Null: `why`, what was found in place of a text that has an outline.
+// From the font of the system. Equal texts share one object until the cache of 64 texts is full and
+// cleared. On failure `letters` is null and `why` says what was found.
 struct MadeLetters {
     std::shared_ptr<const Letters> letters;
     std::string why;

@@ -8,8 +8,9 @@
 
 namespace knead {
 
-// Depth of x below an object's surface [m], negative outside: near the surface to first order,
-// elsewhere a lower bound. Always outside for shape `splats`, and for a text without letters.
+// Signed depth of x below an object's surface [m], negative outside. Near the surface exact to
+// first order; elsewhere its magnitude is a lower bound. Always outside for shape `splats`, and for
+// a text without letters.
 double depth(const Object& object, Vec3<double> x);
 bool inside(const Object& object, Vec3<double> x);
 

@@ -21,7 +21,7 @@ struct PartClay {
     std::vector<Particle<double>> particles;
 };
 
-// A part of less clay is crumbs: it is not made an object.
+// Smaller parts do not become objects.
 constexpr std::size_t fewest_particles_in_part = 64;
 // Rescaled clay is resampled outside this range of particles per cell.
 constexpr double fewest_per_cell = 4, most_per_cell = 16;
@@ -43,12 +43,11 @@ inline double per_cell_of(const Material<double>& m, double factor, double dx)
 // the factor; strains, hardening and labels stay. Resampling keeps mass, volume, centre of mass,
 // momentum and angular momentum.
 PartClay scaled(PartClay clay, Vec3<double> centre, double factor, double dx);
-// Each particle becomes 2^times, at a quarter of the spacing beside it along one axis after the
-// other.
+// Replaces each particle by 2^times: halves it along x, y, z in turn, each half a quarter of the
+// spacing from the centre.
 PartClay refined(PartClay clay, int times, double dx);
-// Each 2^times neighbouring particles with the same label become one; if their number is not a
-// multiple, some are made of one more or less. The stress is the mean of theirs, if the material
-// can have it.
+// Merges groups of 2^times neighbouring particles with equal labels; sizes differ if the count is
+// not a multiple. Stress: the group's mean; if the material has no such state, the mean strain.
 PartClay coarsened(PartClay clay, int times, double dx);
 
 // Elastic strain with this Kirchhoff stress [Pa]. `guess`: returned if there is none.
@@ -114,8 +113,8 @@ class NearestPoint {
 
 // Number of the connected piece of each particle of all parts, in order; the largest piece is 0.
 // Cells with more than a quarter of their volume filled are connected if they touch and do not
-// carry opposite labels (pieces.h). Pieces of less than fewest_particles_in_part particles, and the
-// particles in other cells, belong to the nearest piece.
+// carry opposite labels (pieces.h). Pieces of fewer than fewest_particles_in_part particles, and
+// the particles in other cells, belong to the nearest piece.
 struct Pieces {
     int count = 0;
     std::vector<int> of_particle;

@@ -12,8 +12,8 @@ namespace knead {
 struct Bodies {
     std::vector<int> colour;  // by object
     int colours = 0;          // 0, or 2 to most_colours
-    // 1 over the density of a colour's clay [m^3/kg]; if densities differ within a category, of the
-    // densest: contact is then early at the lighter ones.
+    // 1 / density of a colour [m^3/kg]. If densities differ within a category, that of the densest
+    // object: contact of the lighter objects then begins late.
     double per_density[most_fields] = {};
 
     int fields() const { return 1 + colours; }

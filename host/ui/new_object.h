@@ -24,10 +24,10 @@ inline constexpr std::array<NewShape, 9> new_shapes{{{ShapeKind::sphere, "ball"}
                                                      {ShapeKind::text, "text"}}};
 inline constexpr const char* usual_text = "knead";
 
-// An object of a fifth of the shortest side between the walls, of this material. It is above the
-// highest clay in the middle, or, where there is no room for that, at the nearest of 5 x 5 places
-// that have it. `recent`: objects that the surface may not contain yet; they count where the
-// document has them. `text`: of the shape `text`. Precondition: there is a document.
+// A new object about a fifth as wide as the shortest side between the walls. It is placed above the
+// clay at the middle, or at the nearest of 5 x 5 places with enough room; if none has, at the
+// middle below the upper wall. `recent`: objects that the surface may lack; their boxes come from
+// the document. `text`: for the shape `text`. Precondition: there is a document.
 SceneObject new_object(const LiveState& state, const std::vector<ObjectId>& recent,
                        const NewShape& shape, const MaterialSpec& material,
                        const std::string& text);
