@@ -107,7 +107,7 @@ class WarpScatter {
                                bool valid, float dt, int field = 0)
     {
         const Stencil<float> stencil = knead::stencil(q.x, d.lattice.spacing);
-        // Nodes of all fields are numbered in one row. Cells of unlike fields are unlike.
+        // Nodes of all fields are numbered in one row. Equal cells of different fields differ.
         const int first = bodies ? field * d.lattice.node_count() : 0;
         const int node = valid ? first + d.lattice.index(stencil.base) : nowhere,
                   slot = slot_of(node);

@@ -464,7 +464,7 @@ void ViewApp::move_hand()
     if (!hand_controlled) return;
     pointer.posture = Posture(m.posture);
     pointer.tilt = m.tilt, pointer.roll = m.roll, pointer.press = m.press;
-    // A cell and a half beside the clay nothing touches it, in a scene of any size.
+    // Beyond the range of contact, in a scene of any size.
     if (shown) pointer.gap = 1.5 * shown->scene.setup.lattice.dx;
     Pointing p;
     p.eye = cast<double>(camera.eye());

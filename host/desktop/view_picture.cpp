@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <utility>
 
 #include "host/base/errors.h"
@@ -130,7 +131,7 @@ HandLook ViewApp::ring() const
     const double across = 0.02 * camera.distance(), thick = 0.0012 * camera.distance();
     const Vec3<double> n = below->normal, u = orthogonal(n), v = cross(n, u);
     const auto at = [&](int i) {
-        const double angle = 2 * 3.14159265358979 * i / pieces;
+        const double angle = 2 * std::numbers::pi * i / pieces;
         const Vec3<double> x =
             below->point + across * (std::cos(angle) * u + std::sin(angle) * v) + 2 * thick * n;
         Sphere<float> ball{};

@@ -65,12 +65,12 @@ const char* const posture_names[posture_count] = {"open", "relaxed", "pointing",
 
 void PointerHand::aim(const Pointing& at)
 {
-    gaze_ = rotate(at.rotation, Vec3<double>{0, 0, -1});
     if (presses()) {
         target_ = at.eye + depth_ * at.ray;
         return;
     }
-    if (at.on) depth_ = dot(at.on->at - at.eye, gaze_);
+    const Vec3<double> gaze = rotate(at.rotation, Vec3<double>{0, 0, -1});
+    if (at.on) depth_ = dot(at.on->at - at.eye, gaze);
     target_ = at.eye + depth_ * at.ray;
     const Vec3<double> along = unit(at.ray);
     // Between the line of sight and the surface's normal: at the clay's outline, too, the hand
@@ -78,9 +78,8 @@ void PointerHand::aim(const Pointing& at)
     inward_ = at.on ? unit(along - at.on->normal) : along;
     const Vec3<double> right = rotate(at.rotation, Vec3<double>{1, 0, 0}),
                        up = rotate(at.rotation, Vec3<double>{0, 1, 0});
-    // From the other side only well beyond the middle: a hand that changed its side at every move
-    // across the middle would be hard to watch.
-    const double off = dot(at.eye + dot(at.middle - at.eye, gaze_) * at.ray - at.middle, right);
+    // The side changes only well beyond the middle, not at every move across it.
+    const double off = dot(at.eye + dot(at.middle - at.eye, gaze) * at.ray - at.middle, right);
     const double wide = 0.08 * length(at.middle - at.eye);
     if (off > wide) from_ = 1;
     if (off < -wide) from_ = -1;

@@ -49,10 +49,8 @@ class PointerHand {
     void advance(double time);
     // Ends a press at once.
     void cancel() { pressing_ = false, share_ = shown_ = 0; }
-    bool presses() const
-    {
-        return shown_ > 0;
-    }  // from the button's press to the end of the way out
+    // From the button's press to the end of the way out.
+    bool presses() const { return shown_ > 0; }
 
     Fingers fingers() const;
     // Both hands at the time of the last advance(), in the tracker's frame of the options, which
@@ -70,7 +68,7 @@ class PointerHand {
     bool pressing_ = false;
     double share_ = 0;  // progress of the press, 0 to 1
     double shown_ = 0;  // time since the press began [s]; 0: no press
-    Vec3<double> target_{}, inward_{0, 0, -1}, gaze_{0, 0, -1};
+    Vec3<double> target_{}, inward_{0, 0, -1};
     Vec3<double> fingers_{-1, 0, 0};  // unit, along the surface: to the fingertips
     double depth_ = 1;                // of the target along the gaze [m]
     double from_ = 1;  // side of the picture the forearm comes from: 1 right, -1 left
