@@ -1,21 +1,31 @@
 #include "host/base/font_file.h"
 
-#include <array>
-#include <cstring>
+#include <cstdint>
 #include <fstream>
+#include <iterator>
 
 namespace knead {
-namespace {
 
-// Dear ImGui ends the program at a file that is no font.
-bool is_font(const char* path)
+std::string font_bytes(const std::string& path)
 {
-    std::array<char, 4> begin{};
     std::ifstream file(path, std::ios::binary);
-    return file.read(begin.data(), begin.size()) && std::memcmp(begin.data(), "\0\1\0\0", 4) == 0;
+    std::string bytes(std::istreambuf_iterator<char>(file), {});
+    const auto number = [&](std::size_t at, int size) {  // of the most significant byte first
+        std::uint64_t n = 0;
+        for (int i = 0; i < size; ++i)
+            n = n << 8 | static_cast<unsigned char>(bytes[at + std::size_t(i)]);
+        return n;
+    };
+    constexpr std::size_t header = 12, entry = 16;
+    if (bytes.size() < header || number(0, 4) != 0x10000) return {};
+    const std::size_t tables = number(4, 2);
+    if (tables == 0 || header + tables * entry > bytes.size()) return {};
+    for (std::size_t i = 0; i < tables; ++i) {
+        const std::size_t at = header + i * entry;
+        if (number(at + 8, 4) + number(at + 12, 4) > bytes.size()) return {};
+    }
+    return bytes;
 }
-
-}  // namespace
 
 std::string font_file()
 {
@@ -25,7 +35,7 @@ std::string font_file()
         "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
         "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"};
     for (const char* one : usual)
-        if (is_font(one)) return one;
+        if (!font_bytes(one).empty()) return one;
     return {};
 }
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+
+#include "host/base/font_file.h"
 
 #ifdef KNEAD_HAS_STB
 #define STBTT_STATIC
@@ -49,10 +49,8 @@ constexpr double deviation = 2e-4;  // of chords from curves [capitals]
 
 class Font {
   public:
-    explicit Font(const std::string& path)
+    explicit Font(const std::string& path) : bytes_(font_bytes(path))
     {
-        std::ifstream file(path, std::ios::binary);
-        bytes_.assign(std::istreambuf_iterator<char>(file), {});
         const auto* data = reinterpret_cast<const unsigned char*>(bytes_.data());
         if (bytes_.empty() || !stbtt_InitFont(&font_, data, 0)) return;
         int left = 0, low = 0, right = 0, high = 0;

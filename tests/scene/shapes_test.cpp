@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -17,6 +18,7 @@
 #include "host/scene/names.h"
 #include "host/scene/object_json.h"
 #include "host/scene/seed.h"
+#include "tests/folder.h"
 #include "tests/reason.h"
 #include "tests/solver/samples.h"
 
@@ -322,6 +324,24 @@ TEST(Letters, SayWhyThereAreNone)
                "a\xf0\x9f\xa6\x84"
                "b\x07");
     EXPECT_NE(glyph_outlines("a", "scenes/squeeze.json").fault, "");
+}
+
+TEST(Letters, OfAFileThatEndsInsideATableAreRefused)
+{
+    if (!has_font()) GTEST_SKIP() << fault("a");
+    const std::string whole = font_bytes(font_file());
+    const Folder folder;
+    const std::string file = folder / "part.ttf";
+    const auto refused = [&](const std::string& bytes) {
+        std::ofstream(file, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+        return font_bytes(file).empty() && !glyph_outlines("a", file).fault.empty();
+    };
+    for (const std::size_t size : {0, 3, 12, 40, 4096}) EXPECT_TRUE(refused(whole.substr(0, size)));
+    EXPECT_TRUE(refused(whole.substr(0, whole.size() - 4096)));
+    std::string tables = whole;  // more of them than the file holds
+    tables[4] = tables[5] = '\xff';
+    EXPECT_TRUE(refused(tables));
+    EXPECT_FALSE(refused(whole));
 }
 
 std::string refusal(const std::string& shape)
