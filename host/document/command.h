@@ -77,6 +77,26 @@ struct SplitObject {
     std::vector<ObjectId>
         ids;  // of the parts in this order; empty: new ones, one of them is the object's
 };
+// Begins an object of clay from a nozzle, which source_move lays and source_end ends.
+struct SourceBegin {
+    std::string name;
+    std::optional<SectionKind> section;          // absent: a circle
+    double diameter = 0;                         // of the section [m]
+    std::optional<std::vector<Point2>> outline;  // of section `outline`, in any unit
+    std::optional<MaterialSpec> material;        // absent: clay
+    std::optional<int> category;                 // absent: 0
+    Vec3<double> at{};                           // of the nozzle [m]
+    std::optional<Vec3<double>> axis;            // of any length; absent: along the motion
+    std::vector<ObjectId> ids;                   // of the object; empty: a new one is given to it
+};
+struct SourceMove {
+    ObjectRef object;
+    Vec3<double> at{};                 // [m]
+    std::optional<Vec3<double>> axis;  // absent: as before
+};
+struct SourceEnd {
+    ObjectRef object;
+};
 struct SetGravity {
     Vec3<double> gravity{};  // [m/s^2]
 };
@@ -143,11 +163,19 @@ struct Mark {
     std::string text;
 };
 
-using Command = std::variant<AddObject, RemoveObjects, PlaceObject, SetMaterial, SetCategory,
-                             Rename, SetFlags, CopyObjects, ScaleObjects, MergeObjects, SplitObject,
-                             SetGravity, SetWalls, SetHands, SetSurface, SetLattice, Carry, Open,
-                             Save, Export, Undo, Redo, GoTo, Reset, Pause, Advance, Play, Mark>;
+using Command =
+    std::variant<AddObject, RemoveObjects, PlaceObject, SetMaterial, SetCategory, Rename, SetFlags,
+                 CopyObjects, ScaleObjects, MergeObjects, SplitObject, SourceBegin, SourceMove,
+                 SourceEnd, SetGravity, SetWalls, SetHands, SetSurface, SetLattice, Carry, Open,
+                 Save, Export, Undo, Redo, GoTo, Reset, Pause, Advance, Play, Mark>;
 
+// Whether it is of a nozzle.
+inline bool of_source(const Command& command)
+{
+    return std::holds_alternative<SourceBegin>(command) ||
+           std::holds_alternative<SourceMove>(command) ||
+           std::holds_alternative<SourceEnd>(command);
+}
 // Whether the clay of the scene decides what the command does: it is not made from the document,
 // and is more than the difference of two documents.
 inline bool reads_clay(const Command& command)
@@ -155,14 +183,15 @@ inline bool reads_clay(const Command& command)
     return std::holds_alternative<CopyObjects>(command) ||
            std::holds_alternative<ScaleObjects>(command) ||
            std::holds_alternative<MergeObjects>(command) ||
-           std::holds_alternative<SplitObject>(command);
+           std::holds_alternative<SplitObject>(command) || of_source(command);
 }
 // Whether it gives numbers to new objects.
 inline bool adds_objects(const Command& command)
 {
     return std::holds_alternative<AddObject>(command) ||
            std::holds_alternative<CopyObjects>(command) ||
-           std::holds_alternative<SplitObject>(command);
+           std::holds_alternative<SplitObject>(command) ||
+           std::holds_alternative<SourceBegin>(command);
 }
 
 // The numbers that it has given to objects, as it was applied.
@@ -171,6 +200,7 @@ inline std::vector<ObjectId> new_ids(const Command& command)
     if (const AddObject* adds = std::get_if<AddObject>(&command)) return {adds->object.id};
     if (const CopyObjects* copies = std::get_if<CopyObjects>(&command)) return copies->ids;
     if (const SplitObject* splits = std::get_if<SplitObject>(&command)) return splits->ids;
+    if (const SourceBegin* begins = std::get_if<SourceBegin>(&command)) return begins->ids;
     return {};
 }
 

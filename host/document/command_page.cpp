@@ -26,6 +26,10 @@ constexpr std::array examples{
     R"({"frame":60,"merge_objects":{"objects":["ball","cap"],"name":"acorn"}})",
     R"({"frame":60,"split_object":{"object":"ball","plane":)"
     R"({"point":[0.5,0.3,0.5],"normal":[0,1,0]}}})",
+    R"({"frame":60,"source_begin":{"name":"rope","section":"star","diameter":0.05,)"
+    R"("at":[0.2,0.1,0.5]}})",
+    R"({"frame":90,"source_move":{"name":"rope","at":[0.4,0.1,0.5]}})",
+    R"({"frame":91,"source_end":{"name":"rope"}})",
     R"({"frame":60,"set_gravity":{"gravity":[0,-1.62,0]}})",
     R"({"frame":60,"set_walls":{"contact_mode":"separate","friction":0.6}})",
     R"({"frame":60,"set_hands":{"right":{"held":"rod"},"zoom":2.5}})",
@@ -65,6 +69,8 @@ std::string listed(const Names<T>& all)
     for (const auto& [name, value] : all) names += (names.empty() ? "" : ", ") + name;
     return names;
 }
+std::string type_of(const std::vector<Point2>&) { return "[[x, y], ...]"; }
+std::string type_of(SectionKind) { return listed(section_kinds); }
 std::string type_of(ContactMode) { return listed(contact_modes); }
 std::string type_of(ExportContent) { return listed(export_contents); }
 std::string type_of(LengthUnit) { return listed(length_units); }

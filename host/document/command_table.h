@@ -239,6 +239,62 @@ struct Row<SplitObject> {
                       "of a log: the numbers of the parts in this order")};
 };
 template <>
+struct Row<SourceBegin> {
+    static constexpr CommandRow row{
+        "source_begin",
+        "Extrude",
+        "Begins an object of clay from a nozzle. Commands from here to source_end are one step.",
+        Receiver::document,
+        UndoRule::step,
+        needs_edits};
+    static constexpr std::tuple fields{
+        command_field("name", &SourceBegin::name, "of the object"),
+        command_field("section", &SourceBegin::section, "of the clay; absent: circle"),
+        command_field("diameter", &SourceBegin::diameter,
+                      "of the circle, the side of the square, between opposite rims of the star's "
+                      "five points, or the longest extent of the outline",
+                      {0, 10, "m", true}),
+        command_field("outline", &SourceBegin::outline,
+                      "of section `outline`: a closed polygon [[x, y], ...] in any unit"),
+        command_field("material", &SourceBegin::material,
+                      "a preset's name, or an object as in a scene; absent: clay"),
+        command_field("category", &SourceBegin::category, "of its clay; absent: 0", {0, 255}),
+        command_field("at", &SourceBegin::at, "the nozzle, in the frame of the scene's file",
+                      anywhere),
+        command_field("axis", &SourceBegin::axis,
+                      "the section faces along it where it is within 45 degrees of the motion, "
+                      "otherwise along the motion; of any length; absent or 0: along the motion",
+                      {-1000, 1000}),
+        command_field("ids", &SourceBegin::ids, "of a log: the number given to the object")};
+};
+template <>
+struct Row<SourceMove> {
+    static constexpr CommandRow row{
+        "source_move",
+        "Extrude",
+        "Moves a nozzle on a straight line and lays clay on the way, where there is none and "
+        "between the walls.",
+        Receiver::document,
+        UndoRule::step,
+        needs_edits};
+    static constexpr std::tuple fields{
+        command_field("name", &SourceMove::object, "the object"),
+        command_field("at", &SourceMove::at, "to this place", anywhere),
+        command_field("axis", &SourceMove::axis, "as in source_begin; absent: unchanged",
+                      {-1000, 1000})};
+};
+template <>
+struct Row<SourceEnd> {
+    static constexpr CommandRow row{
+        "source_end",
+        "Extrude",
+        "Ends a nozzle; an object whose nozzle was not moved is removed.",
+        Receiver::document,
+        UndoRule::step,
+        needs_edits};
+    static constexpr std::tuple fields{command_field("name", &SourceEnd::object, "the object")};
+};
+template <>
 struct Row<SetGravity> {
     static constexpr CommandRow row{"set_gravity",      "Gravity",       "Changes gravity.",
                                     Receiver::document, UndoRule::merge, needs_edits};
@@ -461,7 +517,7 @@ constexpr bool takes(std::index_sequence<I...>)
     return requires { T{Any{I}...}; };
 }
 }  // namespace arity_detail
-template <class T, std::size_t most = 8>
+template <class T, std::size_t most = 10>
 constexpr std::size_t arity()
 {
     if constexpr (most == 0 || arity_detail::takes<T>(std::make_index_sequence<most>{}))

@@ -87,6 +87,16 @@ struct Writer {
         to[f.key] = knead::json_of(o);
     }
     template <class F>
+    void operator()(const F& f, const std::vector<Point2>& outline) const
+    {
+        to[f.key] = knead::json_of(outline);
+    }
+    template <class F>
+    void operator()(const F& f, SectionKind section) const
+    {
+        to[f.key] = name_of(section_kinds, section);
+    }
+    template <class F>
     void operator()(const F& f, ContactMode mode) const
     {
         to[f.key] = name_of(contact_modes, mode);
@@ -208,6 +218,16 @@ struct Reader {
     {
         r.required(f.key, "an object of a scene");
         r.object(f.key, [&](ObjectReader& in) { o = read_scene_object(in, folder); });
+    }
+    template <class F>
+    void operator()(const F& f, std::vector<Point2>& outline) const
+    {
+        outline = read_outline(r, f.key);
+    }
+    template <class F>
+    void operator()(const F& f, SectionKind& section) const
+    {
+        section = r.choice(f.key, section_kinds, section);
     }
     template <class F>
     void operator()(const F& f, ContactMode& mode) const

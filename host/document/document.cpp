@@ -32,16 +32,16 @@ bool same(const SplatsOptions& a, const SplatsOptions& b)
     return a.file == b.file && a.up == b.up && same(a.size, b.size) && same(a.turn, b.turn) &&
            same(a.depth, b.depth);
 }
+template <class T>
+bool same(const std::shared_ptr<const T>& a, const std::shared_ptr<const T>& b)
+{
+    return a == b || (a && b && equal(*a, *b));
+}
 bool same(const ObjectSource& a, const ObjectSource& b)
 {
     return a.shape == b.shape && same(a.size, b.size) && same(a.velocity, b.velocity) &&
            same(a.per_cell, b.per_cell) && same(a.splats, b.splats) &&
-           same(a.rounding, b.rounding) && a.text == b.text;
-}
-template <class T>
-bool same(const std::shared_ptr<const T>& a, const std::shared_ptr<const T>& b)
-{
-    return a == b || equal(*a, *b);
+           same(a.rounding, b.rounding) && a.text == b.text && same(a.strand, b.strand);
 }
 
 }  // namespace
@@ -67,6 +67,11 @@ Vec3<double> own_extents(const SceneObject& of)
     Object o = object_of(of);
     o.rotation = {1, 0, 0, 0};
     return extents(o);
+}
+
+bool has_nozzle(const Document& document)
+{
+    return std::ranges::any_of(document.objects, [](const auto& o) { return is_open(*o); });
 }
 
 bool has_velocity(const Document& document)
@@ -124,7 +129,7 @@ SceneObject scene_object(const Object& o, ObjectId id)
             normalised(o.stated),
             {o.rotation, o.centre},
             {o.shape, splats ? Vec3<double>{} : o.size, o.velocity, o.per_cell,
-             splats ? o.splats : SplatsOptions{}, o.rounding, o.text},
+             splats ? o.splats : SplatsOptions{}, o.rounding, o.text, o.strand},
             false,
             false};
 }
@@ -135,7 +140,7 @@ Object object_of(const SceneObject& of)
     o.name = of.name, o.category = of.category;
     o.shape = of.source.shape, o.size = of.source.size, o.velocity = of.source.velocity;
     o.per_cell = of.source.per_cell, o.splats = of.source.splats;
-    o.rounding = of.source.rounding, o.text = of.source.text;
+    o.rounding = of.source.rounding, o.text = of.source.text, o.strand = of.source.strand;
     add_letters(o);
     o.centre = of.pose.p, o.rotation = of.pose.q;
     o.stated = of.material;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/scene/scene.h"
+#include "host/scene/strand.h"
 #include "host/solver/material_spec.h"
 
 namespace knead {
@@ -28,6 +29,7 @@ struct ObjectSource {
     SplatsOptions splats;     // of shape `splats`
     double rounding = 0;      // of a rounded box [m]
     std::string text{};       // of shape `text`; its outline is that of the system's font
+    std::shared_ptr<const Strand> strand{};  // of shape `strand`
 };
 
 // All poses are in the frame of the scene's file.
@@ -70,6 +72,13 @@ using DocumentPtr = std::shared_ptr<const Document>;
 
 // Full extents in the object's own frame [m]; of shape `splats`: 0.
 Vec3<double> own_extents(const SceneObject& object);
+
+// Whether a nozzle lays its clay, or that of any object.
+inline bool is_open(const SceneObject& object)
+{
+    return object.source.strand && object.source.strand->open;
+}
+bool has_nozzle(const Document& document);
 
 bool has_velocity(const Document& document);  // new clay of an object has one
 

@@ -11,6 +11,7 @@
 #include "host/document/command_table.h"
 #include "host/document/export_plan.h"
 #include "host/scene/object_json.h"
+#include "host/scene/presets.h"
 #include "host/scene/seed.h"
 
 namespace knead {
@@ -148,6 +149,10 @@ class Reduction {
             added.source.size.x = 0;
         else
             added.source.text.clear();
+        if (added.source.shape == ShapeKind::strand)
+            added.source.size = {};
+        else
+            added.source.strand.reset();
         if (added.name.empty()) added.name = fmt::format("object {}", added.id.value);
         Document next = d;
         next.objects.push_back(std::make_shared<const SceneObject>(std::move(added)));
@@ -217,6 +222,7 @@ class Reduction {
             SceneObject o = object_in(d, c.objects[i], "objects");
             check_whole(o, "objects");
             o.id = numbers[i], o.locked = false;
+            if (is_open(o)) refuse("objects", "a nozzle lays \"" + o.name.substr(0, 60) + "\"");
             o.name = i < c.names.size() ? c.names[i] : numbered(o.name, " copy");
             o.pose.p = o.pose.p + c.by;
             CheckRanges{}(command_field("by", &CopyObjects::by, "", anywhere), o.pose.p);
@@ -237,6 +243,7 @@ class Reduction {
             double& splats = o.source.splats.size;
             o.source.size = c.factor * o.source.size, splats = c.factor * splats;
             const Vec3<double>& side = o.source.size;
+            if (o.source.strand) o.source.strand = scaled(*o.source.strand, c.factor);
             o.source.rounding =
                 std::min(c.factor * o.source.rounding, std::min({side.x, side.y, side.z}) / 2);
             if (std::max({o.source.size.x, o.source.size.y, o.source.size.z, splats}) > 1000)
@@ -293,6 +300,11 @@ class Reduction {
             const bool keeps = c.ids.empty() ? i == 0 : c.ids[i] == whole.id;
             if (!keeps) o.name = numbered(whole.name, fmt::format(" {}", other + 2));
             if (!keeps) o.id = others[other++];
+            if (!keeps && is_open(o)) {
+                Strand ended = *o.source.strand;
+                ended.open = false;
+                o.source.strand = std::make_shared<const Strand>(std::move(ended));
+            }
             if (i < c.names.size()) o.name = c.names[i];
             if (keeps)
                 replace_in(next, std::move(o));
@@ -301,6 +313,60 @@ class Reduction {
         }
         ids.use(others.back());
         return done(std::move(next));
+    }
+
+    DocumentPtr operator()(const SourceBegin& c)
+    {
+        SceneObject o;
+        o.id = new_numbers(c.ids, 1, "name").at(0);
+        o.name = c.name;
+        if (o.name.empty()) refuse("name", "expected a name");
+        if (c.category) o.category = *c.category;
+        o.material = normalised(c.material ? *c.material : material_spec("clay"));
+        check_material(o.material, "material");
+        check_category(o, "category");
+        o.pose.p = c.at;
+        Strand strand;
+        strand.section = c.section.value_or(SectionKind::circle), strand.diameter = c.diameter,
+        strand.open = true;
+        if (c.outline) strand.outline = *c.outline;
+        for (const Point2 p : strand.outline)
+            for (const double x : {p.x, p.y}) check_range("outline", x, {-1000, 1000});
+        strand.path.push_back({{0, 0, 0}, unit_axis(c.axis)});
+        check_strand(strand);
+        o.source.shape = ShapeKind::strand;
+        o.source.strand = std::make_shared<const Strand>(std::move(strand));
+        ids.use(o.id);
+        Document next = d;
+        next.objects.push_back(std::make_shared<const SceneObject>(std::move(o)));
+        return done(std::move(next));
+    }
+
+    DocumentPtr operator()(const SourceMove& c)
+    {
+        SceneObject o = extruded(c.object);
+        Strand strand = *o.source.strand;
+        const Quat<double> back = conjugate(o.pose.q);
+        StrandPoint to{rotate(back, c.at - o.pose.p), strand.path.back().axis};
+        if (c.axis) to.axis = rotate(back, unit_axis(c.axis));
+        strand.path.push_back(to);
+        check_strand(strand);
+        o.source.strand = std::make_shared<const Strand>(std::move(strand));
+        return replaced(o);
+    }
+
+    DocumentPtr operator()(const SourceEnd& c)
+    {
+        SceneObject o = extruded(c.object);
+        if (o.source.strand->path.size() < 2) {
+            Document next = d;
+            std::erase_if(next.objects, [&](const auto& one) { return one->id == o.id; });
+            return done(std::move(next));
+        }
+        Strand strand = *o.source.strand;
+        strand.open = false;
+        o.source.strand = std::make_shared<const Strand>(std::move(strand));
+        return replaced(o);
     }
 
     DocumentPtr operator()(const SetGravity& c)
@@ -395,6 +461,32 @@ class Reduction {
         const SceneObject& o = object_in(d, ref, field);
         if (o.locked) refuse(field, "\"" + o.name.substr(0, 60) + "\" is locked");
         return o;
+    }
+
+    // Of a nozzle that has not been ended.
+    const SceneObject& extruded(const ObjectRef& ref) const
+    {
+        const SceneObject& o = changeable(ref, "name");
+        if (!is_open(o)) refuse("name", "no nozzle lays \"" + o.name.substr(0, 60) + "\"");
+        return o;
+    }
+    static Vec3<double> unit_axis(const std::optional<Vec3<double>>& axis)
+    {
+        const double size = axis ? length(*axis) : 0;
+        return size > 1e-100 ? 1 / size * *axis : Vec3<double>{};
+    }
+    static void check_strand(const Strand& strand)
+    {
+        if (const auto fault = fault_of(strand))
+            refuse(fault->key == "path" ? "at" : fault->key,
+                   fmt::format("{}: expected {}, found {}", fault->key, fault->expected,
+                               fault->found));
+    }
+    static std::shared_ptr<const Strand> scaled(Strand strand, double factor)
+    {
+        strand.diameter *= factor;
+        for (StrandPoint& p : strand.path) p.at = factor * p.at;
+        return std::make_shared<const Strand>(std::move(strand));
     }
 
     static void replace_in(Document& next, SceneObject by)
@@ -498,11 +590,19 @@ class Reduction {
             check(in({-360, 360, "degrees"}), s.splats.turn);
             return check(in({0, 1000, "m"}), s.splats.depth);
         }
+        if (s.shape == ShapeKind::strand) {
+            if (!s.strand) refuse(field, "expected the path of a strand");
+            check(in({0, largest_extent, "m", true}), s.strand->diameter);
+            for (const StrandPoint& p : s.strand->path) check(in(anywhere), p.at);
+            for (const StrandPoint& p : s.strand->path) check(in({-1000, 1000}), p.axis);
+            for (const Point2 p : s.strand->outline)
+                check(in({-1000, 1000}), Vec3<double>{p.x, p.y, 0});
+        }
         check(in({}), s.text);
         if (s.shape == ShapeKind::text) {
             check(in({0, largest_extent, "m", true}), s.size.y);
             check(in({0, largest_extent, "m", true}), s.size.z);
-        } else {
+        } else if (s.shape != ShapeKind::strand) {
             check(in({0, largest_extent, "m", true}), s.size);
             const bool three = s.shape == ShapeKind::box || s.shape == ShapeKind::ellipsoid ||
                                s.shape == ShapeKind::rounded_box;
@@ -552,10 +652,11 @@ class Reduction {
                                           o.category, other->name.substr(0, 60)));
     }
 
-    // The size of an object of splats is known when its file is read.
+    // The size of an object of splats is known when its file is read; what a strand has beyond the
+    // walls is not laid.
     void check_walls(const SceneObject& o, const char* field) const
     {
-        if (o.source.shape == ShapeKind::splats) return;
+        if (o.source.shape == ShapeKind::splats || o.source.shape == ShapeKind::strand) return;
         const Box3<double> box = box_of(object_of(o));
         const WallOptions& walls = d.scene->walls;
         const double slack = 1e-9;

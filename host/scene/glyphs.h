@@ -8,6 +8,7 @@ namespace knead {
 // In the plane of a text: x along the line, y upwards. In heights of a capital.
 struct Point2 {
     double x, y;
+    bool operator==(const Point2&) const = default;
 };
 inline Point2 operator+(Point2 a, Point2 b) { return {a.x + b.x, a.y + b.y}; }
 inline Point2 operator-(Point2 a, Point2 b) { return {a.x - b.x, a.y - b.y}; }

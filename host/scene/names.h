@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/scene/scene.h"
+#include "host/scene/strand.h"
 
 namespace knead {
 
@@ -17,7 +18,12 @@ inline const Names<ShapeKind> shape_kinds = {
     {"cylinder", ShapeKind::cylinder},   {"splats", ShapeKind::splats},
     {"ellipsoid", ShapeKind::ellipsoid}, {"rounded_box", ShapeKind::rounded_box},
     {"cone", ShapeKind::cone},           {"capsule", ShapeKind::capsule},
-    {"torus", ShapeKind::torus},         {"text", ShapeKind::text}};
+    {"torus", ShapeKind::torus},         {"text", ShapeKind::text},
+    {"strand", ShapeKind::strand}};
+inline const Names<SectionKind> section_kinds = {{"circle", SectionKind::circle},
+                                                 {"square", SectionKind::square},
+                                                 {"star", SectionKind::star},
+                                                 {"outline", SectionKind::outline}};
 inline const Names<UpAxis> up_axes = {{"x", UpAxis::x}, {"-x", UpAxis::minus_x},
                                       {"y", UpAxis::y}, {"-y", UpAxis::minus_y},
                                       {"z", UpAxis::z}, {"-z", UpAxis::minus_z}};

@@ -1,5 +1,7 @@
 #include "host/scene/object_json.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -50,7 +52,43 @@ double length_of(Quat<double> q)
     return std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
 }
 
+// Points of numbers, each of `size`. Coordinates are finite.
+std::vector<std::vector<double>> read_points(ObjectReader& r, const std::string& key,
+                                             std::size_t size, std::size_t most)
+{
+    const std::string expected =
+        fmt::format("a list of at most {} points of {} numbers", most, size);
+    const Json& list = r.required(key, expected);
+    if (!list.is_array() || list.size() > most) r.fail(key, expected, described(list));
+    std::vector<std::vector<double>> all;
+    for (const Json& one : list) {
+        if (!one.is_array() || one.size() != size) r.fail(key, expected, described(one));
+        std::vector<double>& point = all.emplace_back();
+        for (const Json& x : one) {
+            if (!x.is_number() || !(std::abs(x.get<double>()) <= largest_extent))
+                r.fail(key, fmt::format("numbers from -{0} to {0}", largest_extent), described(x));
+            point.push_back(x.get<double>());
+        }
+    }
+    return all;
+}
+
 }  // namespace
+
+std::vector<Point2> read_outline(ObjectReader& r, const std::string& key)
+{
+    std::vector<Point2> outline;
+    for (const auto& p : read_points(r, key, 2, most_outline_points))
+        outline.push_back({p[0], p[1]});
+    return outline;
+}
+
+Json json_of(const std::vector<Point2>& outline)
+{
+    Json all = Json::array();
+    for (const Point2 p : outline) all.push_back({p.x, p.y});
+    return all;
+}
 
 Quat<double> read_rotation(ObjectReader& r, const std::string& key)
 {
@@ -72,6 +110,48 @@ Quat<double> read_rotation(ObjectReader& r, const std::string& key)
 namespace {
 
 constexpr Bounds extent{0, largest_extent, "m", true};
+
+void read_strand(ObjectReader& r, Object& o)
+{
+    Strand s;
+    s.section = r.choice("section", section_kinds, s.section);
+    s.diameter = r.number("diameter", extent);
+    if (r.has("outline")) s.outline = read_outline(r, "outline");
+    for (const auto& p : read_points(r, "path", 3, most_strand_points))
+        s.path.push_back({{p[0], p[1], p[2]}, {}});
+    if (r.has("axes")) {
+        const auto axes = read_points(r, "axes", 3, most_strand_points);
+        if (axes.size() != s.path.size())
+            r.fail("axes", fmt::format("{} axes, one per point", s.path.size()),
+                   std::to_string(axes.size()));
+        for (std::size_t i = 0; i < axes.size(); ++i)
+            s.path[i].axis = {axes[i][0], axes[i][1], axes[i][2]};
+    }
+    s.open = r.flag("open", false);
+    o.strand = std::make_shared<const Strand>(std::move(s));
+}
+
+void write_strand(const Strand& s, Json& all)
+{
+    all["section"] = name_of(section_kinds, s.section);
+    all["diameter"] = s.diameter;
+    if (!s.outline.empty()) all["outline"] = json_of(s.outline);
+    const auto points = [&](const char* key, auto member) {
+        all[key] = Json::array();
+        for (const StrandPoint& p : s.path) {
+            const Vec3<double>& v = p.*member;
+            all[key].push_back({v.x, v.y, v.z});
+        }
+    };
+    points("path", &StrandPoint::at);
+    const Vec3<double> none{};
+    const bool axes = std::ranges::any_of(s.path, [&](const StrandPoint& p) {
+        return !same_number(p.axis.x, none.x) || !same_number(p.axis.y, none.y) ||
+               !same_number(p.axis.z, none.z);
+    });
+    if (axes) points("axes", &StrandPoint::axis);
+    if (s.open) all["open"] = true;
+}
 
 // The keys of a shape's size; write_shape() writes them.
 void read_shape(ObjectReader& r, Object& o)
@@ -103,6 +183,9 @@ void read_shape(ObjectReader& r, Object& o)
             o.text = r.text("text", "");
             o.size = {0, r.number("height", extent), r.number("depth", extent)};
             add_letters(o);
+            break;
+        case ShapeKind::strand:
+            read_strand(r, o);
             break;
         case ShapeKind::sphere:
         case ShapeKind::splats: {
@@ -138,6 +221,9 @@ void write_shape(const Object& o, Json& all)
             break;
         case ShapeKind::text:
             all["text"] = o.text, all["height"] = o.size.y, all["depth"] = o.size.z;
+            break;
+        case ShapeKind::strand:
+            write_strand(*o.strand, all);
             break;
     }
 }

@@ -2,9 +2,11 @@
 // Every key of `objects` in a scene appears here once; docs/reference/formats.md documents them.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "host/base/json_reader.h"
 #include "host/scene/scene.h"
+#include "host/scene/strand.h"
 
 namespace knead {
 
@@ -28,6 +30,10 @@ Json json_of(const MaterialSpec& material);
 // plasticity does not use are those of this preset, and, if it is valid, whose others lie in their
 // ranges: fault_of() allows for rounding at their ends.
 MaterialSpec normalised(MaterialSpec material);
+
+// [[x, y], ...]: the outline of a strand's section. Throws InputError.
+std::vector<Point2> read_outline(ObjectReader& r, const std::string& key);
+Json json_of(const std::vector<Point2>& outline);
 
 // [w, x, y, z] of length 1 within 0.001, or nothing: no rotation. Throws InputError.
 Quat<double> read_rotation(ObjectReader& r, const std::string& key);

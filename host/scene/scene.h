@@ -27,7 +27,8 @@ enum class ShapeKind {
     cone,
     capsule,
     torus,
-    text
+    text,
+    strand
 };
 enum class UpAxis { x, minus_x, y, minus_y, z, minus_z };
 
@@ -51,6 +52,7 @@ struct ObjectParticles {
 };
 
 class Letters;  // letters.h
+struct Strand;  // strand.h
 
 struct Object {
     bool local() const { return shape == ShapeKind::splats && splats.depth > 0; }
@@ -58,8 +60,8 @@ struct Object {
     ShapeKind shape = ShapeKind::sphere;
     Vec3<double> centre{};  // [m]
     // Full extents [m], in the object's frame; the axis of cylinder, cone (apex up), capsule and
-    // torus is y. Of a text: 0, the height of a capital, its depth. Of shape `splats`: in the
-    // scene's frame, set on loading; box_of() is the box of any object.
+    // torus is y. Of a text: 0, the height of a capital, its depth; of a strand: 0. Of shape
+    // `splats`: in the scene's frame, set on loading; box_of() is the box of any object.
     Vec3<double> size{};
     double rounding = 0;  // of a rounded box: radius of its edges [m]
     std::string text;     // of shape `text`: UTF-8, read along x, seen from +z
@@ -75,6 +77,7 @@ struct Object {
     SplatsOptions splats;  // of shape `splats`
     std::shared_ptr<const ObjectParticles> given;
     std::shared_ptr<const Letters> letters;  // of `text`; add_letters() sets them
+    std::shared_ptr<const Strand> strand;    // of shape `strand`
 };
 
 enum class ClockMode { wall, paper };

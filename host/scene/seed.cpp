@@ -5,9 +5,11 @@
 #include <cmath>
 
 #include "cuda/math/node4.h"
+#include "cuda/mpm/walls.h"
 #include "host/base/errors.h"
 #include "host/hands/motion.h"
 #include "host/scene/packing.h"
+#include "host/scene/strand.h"
 
 namespace knead {
 namespace {
@@ -125,6 +127,23 @@ double room(const Scene& scene, std::size_t index, Vec3<double> x)
     return d;
 }
 
+// The layers of a strand between the walls and outside earlier objects.
+void lay_strand(Scene& scene, std::size_t index, double h)
+{
+    const Object& o = scene.objects[index];
+    std::vector<Vec3<double>> places;
+    try {
+        places = laid(*o.strand, h);
+    } catch (const std::invalid_argument& e) {
+        throw InputError(place(scene, index) + ": " + e.what());
+    }
+    for (const Vec3<double>& p : places) {
+        const Vec3<double> x = o.centre + rotate(o.rotation, p);
+        if (between(scene.setup.walls, x, scene.setup.lattice.dx) && !taken(scene, index, x))
+            scene.setup.particles.push_back({x, o.velocity, {}, {}, 0, int(index), 0});
+    }
+}
+
 void seed_object(Scene& scene, std::size_t index)
 {
     Object& o = scene.objects[index];
@@ -139,6 +158,12 @@ void seed_object(Scene& scene, std::size_t index)
     const Packing packing{h,     o.per_cell,      scene.seed,
                           index, strata(box.low), strata(box.high) + Int3{1, 1, 1}};
     const std::size_t before = setup.particles.size();
+    if (o.shape == ShapeKind::strand) {
+        lay_strand(scene, index, h);
+        if (setup.particles.size() == before) refuse_empty(scene, index, h);
+        setup.materials.push_back(o.material);
+        return;
+    }
     for (const Vec3<double>& p :
          packed(packing, [&](Vec3<double> x) { return room(scene, index, x); }))
         setup.particles.push_back({p, o.velocity, {}, {}, 0, int(index), 0});
@@ -190,7 +215,8 @@ void build(Scene& scene, std::size_t memory)
     setup.rig = {};
     check_memory(scene, memory);
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
-        if (!scene.objects[i].local()) check_between_walls(scene, i);
+        if (!scene.objects[i].local() && scene.objects[i].shape != ShapeKind::strand)
+            check_between_walls(scene, i);
     setup.particles.reserve(std::size_t(expected_particles(scene) * 1.02) + 64);
     for (std::size_t i = 0; i < scene.objects.size(); ++i)
         scene.objects[i].shape == ShapeKind::splats ? put_object(scene, i) : seed_object(scene, i);

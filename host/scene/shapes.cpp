@@ -9,6 +9,7 @@
 #include "cuda/math/rotation.h"
 #include "host/base/json_reader.h"
 #include "host/scene/letters.h"
+#include "host/scene/strand.h"
 
 namespace knead {
 namespace {
@@ -60,6 +61,25 @@ double depth_of_text(const Object& o, Vec3<double> d)
     const double capital = o.size.y;
     return min(o.size.z / 2 - std::abs(d.z),
                capital * o.letters->depth({d.x / capital, d.y / capital}));
+}
+
+// Of the tube around its path that its section turns in.
+double depth_of_strand(const Object& o, Vec3<double> d)
+{
+    return o.strand ? reach_of(*o.strand) - distance_from(*o.strand, d) : nowhere;
+}
+Box3<double> box_of_strand(const Object& o)
+{
+    Box3<double> box{o.centre, o.centre};
+    if (!o.strand) return box;
+    box = empty_box<double>();
+    for (const StrandPoint& p : o.strand->path) {
+        const Vec3<double> at = o.centre + rotate(o.rotation, p.at);
+        box = {lesser(box.low, at), greater(box.high, at)};
+    }
+    const double reach = reach_of(*o.strand);
+    const Vec3<double> beside{reach, reach, reach};
+    return {box.low - beside, box.high + beside};
 }
 
 // Lowest and highest place along an axis, from the object's centre. `x`, `y`, `z`: cosines between
@@ -138,6 +158,8 @@ double depth(const Object& o, Vec3<double> x)
         }
         case ShapeKind::text:
             return depth_of_text(o, d);
+        case ShapeKind::strand:
+            return depth_of_strand(o, d);
         case ShapeKind::sphere:
             break;
     }
@@ -177,6 +199,10 @@ Vec3<double> extents(const Object& o)
                                  [&](double axis) { return std::abs(axis) * (s.y - s.x) + s.x; });
         case ShapeKind::torus:
             return round_extents(R, [&](double axis) { return sine(axis) * (s.x - s.y) + s.y; });
+        case ShapeKind::strand: {
+            const Box3<double> box = box_of_strand(o);
+            return box.high - box.low;
+        }
         case ShapeKind::splats:
         case ShapeKind::sphere:
             break;
@@ -187,6 +213,10 @@ Vec3<double> extents(const Object& o)
 Vec3<double> middle_of(const Object& o)
 {
     if (o.given) return o.given->middle;
+    if (o.shape == ShapeKind::strand) {
+        const Box3<double> box = box_of_strand(o);
+        return 0.5 * (box.low + box.high);
+    }
     if (o.shape != ShapeKind::cone && o.shape != ShapeKind::text) return o.centre;
     return o.centre + by_reach(o, [](Reach reach) { return (reach.low + reach.high) / 2; });
 }
@@ -221,6 +251,8 @@ double shape_volume(const Object& o)
             return pi * pi / 4 * (s.x - s.y) * s.y * s.y;
         case ShapeKind::text:
             return o.letters ? o.letters->area() * s.y * s.y * s.z : 0;
+        case ShapeKind::strand:
+            return o.strand ? laid_volume(*o.strand) : 0;
         case ShapeKind::ellipsoid:
         case ShapeKind::sphere:
             break;
@@ -263,6 +295,12 @@ std::optional<ShapeFault> shape_fault(const Object& o)
             return ShapeFault{"height",
                               fmt::format("a text of at most {} m", short_number(largest_extent)),
                               fmt::format("{:.4g} x {:.4g} m", whole.x, whole.y)};
+        }
+        case ShapeKind::strand: {
+            if (!o.strand) return ShapeFault{"path", "points", "none"};
+            const auto fault = fault_of(*o.strand);
+            if (!fault) return {};
+            return ShapeFault{fault->key, fault->expected, fault->found};
         }
         default:
             return {};

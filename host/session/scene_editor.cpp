@@ -70,6 +70,9 @@ int changes(const Document& from, const Document& to,
     return count + (gone > 0) + added;
 }
 
+// Whether it has no clay: of a nozzle that was not moved.
+bool is_bare(const SceneObject& o) { return is_open(o) && o.source.strand->path.size() < 2; }
+
 // The field of a command that a simulator's refusal concerns.
 const char* changed_field(const Command& command)
 {
@@ -396,7 +399,7 @@ SceneEditor::NewClay SceneEditor::new_clay(const Document& to, PreparedObject* r
 {
     NewClay all;
     for (const auto& o : to.objects)
-        if (!now->find(o->id))
+        if (!now->find(o->id) && !is_bare(*o))
             all[o->id] = ready ? std::move(*ready) : prepared(parts.scene, walls_of(to), *o);
     return all;
 }
@@ -447,6 +450,8 @@ void SceneEditor::make(const Document& to, NewClay& added)
             gone.insert(gone.end(), numbers.begin(), numbers.end()), objects.erase(o->id);
         }
     if (!gone.empty()) parts.splats.remove_objects(gone, *s), clay = true;
+    for (const auto& o : to.objects)
+        if (!now->find(o->id)) objects[o->id];
     for (auto& [id, one] : added) {
         if (!one.fitted) leave_room(one, s->places(surroundings(one)));
         const int number = s->add(one.material, one.particles);

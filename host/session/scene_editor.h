@@ -131,6 +131,9 @@ class SceneEditor {
     ClayEdit edit_of(ScaleObjects& command) const;
     ClayEdit edit_of(MergeObjects& command) const;
     ClayEdit edit_of(SplitObject& command) const;
+    ClayEdit edit_of(SourceBegin& command) const;
+    ClayEdit edit_of(SourceMove& command, const Document& to) const;
+    ClayEdit edit_of(SourceEnd& command, const Document& to) const;
     void make(ClayEdit edit);
     void replace_splats(const ClayEdit& edit, const std::vector<int>& numbers,
                         const CarriedSplats& before);

@@ -152,9 +152,16 @@ void SceneHistory::capture()
     open_by_command = false, last = {};
 }
 
+// From source_begin to source_end all is one step, unless something else begins one meanwhile.
+bool SceneHistory::extrudes() const
+{
+    return open_by_command && of_source(last.command) && has_nozzle(*document());
+}
+
 // Of several commands of a drag, the later ones change the step that the first began.
 bool SceneHistory::merges(const Issued& issued) const
 {
+    if (extrudes() && of_source(issued.command)) return true;
     return open_by_command && issued.drag != 0 && issued.drag == last.drag &&
            issued.origin == last.origin && issued.command.index() == last.command.index() &&
            row_of(issued.command).undo == UndoRule::merge;
@@ -233,7 +240,7 @@ void SceneHistory::after_frame(const FrameResult& frame)
     const StepRule::Decision decision =
         rule.after_frame(touched, frame.stats.fastest, seconds, open);
     // Behind a slow capture the step stays open: two become one.
-    if (decision.captures && open && parts.past.resident_ready()) capture();
+    if (decision.captures && open && !extrudes() && parts.past.resident_ready()) capture();
     if (decision.begins && parts.past.current().captured)
         begin(parts.editor.carries() ? "Carry" : "Press");
     parts.past.evict();

@@ -81,6 +81,7 @@ class SceneHistory {
     void begin_past(const std::string& label, bool moves);
     void capture();
     void before_change();
+    bool extrudes() const;
     bool merges(const Issued& issued) const;
     void begin(const std::string& label);
     std::optional<Refusal> go_to(StepId id);

@@ -9,6 +9,8 @@
 
 #include "cuda/mpm/walls.h"
 #include "host/base/machine.h"
+#include "host/scene/foresight.h"
+#include "host/scene/soften.h"
 #include "host/session/scene_editor.h"
 
 namespace knead {
@@ -30,6 +32,14 @@ std::string text_of_factor(double factor)
 {
     const double digits = std::pow(10, 2 - std::floor(std::log10(factor)));
     return fmt::format("{:.3g}", std::floor(factor * digits) / digits);
+}
+
+// Of clay that there is.
+Box3<double> box_of_clay(const std::vector<PartClay>& clay)
+{
+    const Box3<double> box = box_of(clay);
+    if (!(box.low.x <= box.high.x)) refuse_field("objects", "an object has no clay");
+    return box;
 }
 
 void check_memory_of(double particles, const char* field)
@@ -64,6 +74,12 @@ CommandAnswer SceneEditor::reshape(const Command& command)
             edit = edit_of(*scales);
         else if (MergeObjects* merges = std::get_if<MergeObjects>(&answer.applied))
             edit = edit_of(*merges);
+        else if (SourceBegin* begins = std::get_if<SourceBegin>(&answer.applied))
+            edit = edit_of(*begins);
+        else if (SourceMove* moves = std::get_if<SourceMove>(&answer.applied))
+            edit = edit_of(*moves, *std::get<DocumentPtr>(result));
+        else if (SourceEnd* ends = std::get_if<SourceEnd>(&answer.applied))
+            edit = edit_of(*ends, *std::get<DocumentPtr>(result));
         else
             edit = edit_of(std::get<SplitObject>(answer.applied));
         result = reduce(now, answer.applied, ids);
@@ -166,8 +182,7 @@ SceneEditor::ClayEdit SceneEditor::unchanged(const SnapshotData& all) const
 void SceneEditor::check_place(const std::vector<PartClay>& clay, const char* field) const
 {
     const SimulationConfig& config = parts.simulator->config();
-    const Box3<double> box = box_of(clay);
-    if (!(box.low.x <= box.high.x)) refuse_field("objects", "an object has no clay");
+    const Box3<double> box = box_of_clay(clay);
     if (between(config.walls, box.low, config.lattice.dx) &&
         between(config.walls, box.high, config.lattice.dx))
         return;
@@ -269,7 +284,7 @@ SceneEditor::ClayEdit SceneEditor::edit_of(ScaleObjects& command) const
         const ObjectId id = id_of(ref);
         const std::vector<int>& numbers = objects.at(id);
         std::vector<PartClay> clay = clay_of(all, numbers);
-        const Box3<double> was = box_of(clay);
+        const Box3<double> was = box_of_clay(clay);
         const Vec3<double> centre = centre_of_mass(clay);
         double spacing = 0;
         for (PartClay& part : clay) {
@@ -306,6 +321,61 @@ SceneEditor::ClayEdit SceneEditor::edit_of(ScaleObjects& command) const
             edit.added.push_back({id, std::move(part)});
         }
     }
+    return edit;
+}
+
+// A nozzle has laid no clay before it is moved.
+SceneEditor::ClayEdit SceneEditor::edit_of(SourceBegin& command) const
+{
+    const double h = parts.simulator->config().lattice.dx / std::cbrt(ObjectSource{}.per_cell);
+    if (command.diameter < h)
+        refuse_field("diameter", fmt::format("expected at least a particle's {:.4g} m, found "
+                                             "{:.4g} m",
+                                             h, command.diameter));
+    ClayEdit edit;
+    edit.objects = objects;
+    IdSource next = ids;
+    if (command.ids.empty()) command.ids = {next.next()};
+    edit.objects[command.ids.at(0)];
+    return edit;
+}
+
+// Clay is laid at rest, where there is none and between the walls, as another simulator's object of
+// the same object.
+SceneEditor::ClayEdit SceneEditor::edit_of(SourceMove& command, const Document& to) const
+{
+    const SimulationConfig& config = parts.simulator->config();
+    const ObjectId id = id_of(command.object);
+    Object o = object_of(*to.find(id));
+    ClayEdit edit;
+    edit.objects = objects;
+    const double h = config.lattice.dx / std::cbrt(o.per_cell);
+    PartClay clay;
+    o.softer = softening(parts.scene, o.material);
+    o.material = softer(o.material, o.softer), clay.material = o.material;
+    clay.material.volume = h * h * h;
+    clay.material.mass = clay.material.density * clay.material.volume;
+    check_substeps(parts.scene, o.material);
+    check_memory_of(laid_volume(*o.strand) / clay.material.volume, "at");
+    for (const Vec3<double>& p : laid(*o.strand, h, o.strand->path.size() - 1)) {
+        const Vec3<double> x = o.centre + rotate(o.rotation, p) - parts.scene.origin;
+        if (between(config.walls, x, config.lattice.dx))
+            clay.particles.push_back({x, {}, {}, {}, 0, 0, 0});
+    }
+    if (clay.particles.empty()) return edit;
+    const Vec3<double> beside{h, h, h};
+    const Box3<double> box = box_of({clay});
+    const NearPlaces near(parts.simulator->places({box.low - beside, box.high + beside}), 0.75 * h);
+    std::erase_if(clay.particles, [&](const Particle<double>& p) { return near.taken(p.x); });
+    if (!clay.particles.empty()) edit.added.push_back({id, std::move(clay)});
+    return edit;
+}
+
+SceneEditor::ClayEdit SceneEditor::edit_of(SourceEnd& command, const Document& to) const
+{
+    ClayEdit edit;
+    edit.objects = objects;
+    if (!to.find(id_of(command.object))) edit.objects.erase(id_of(command.object));
     return edit;
 }
 

@@ -116,6 +116,9 @@ Json good()
         o.source.shape = shape, o.source.size = {0.1, 0.1, 0.1};
         if (shape == ShapeKind::torus) o.source.size.y = 0.04;
         if (shape == ShapeKind::text) o.source.text = "a";
+        if (shape == ShapeKind::strand)
+            o.source.strand = std::make_shared<const Strand>(
+                Strand{SectionKind::star, 0.1, {}, {{}, {{0.1, 0, 0}, {}}}, true});
         if (shape == ShapeKind::splats) o.category = 7, o.source.splats = {"pot.ply"};
         if (shape == ShapeKind::splats) o.source.splats.size = 0.1;
         d = after(d, AddObject{o}, ids);

@@ -145,6 +145,17 @@ inline Quat<double> random_rotation(Random& r)
     return unit_rotation({q.w / size, q.x / size, q.y / size, q.z / size});
 }
 
+inline std::vector<Point2> random_outline(Random& r)
+{
+    std::vector<Point2> outline;
+    const int corners = 3 + r.below(6);
+    for (int k = 0; k < corners; ++k) {
+        const double angle = 6.283185307179586 * k / corners, size = r.in(0.5, 1);
+        outline.push_back({size * std::cos(angle), size * std::sin(angle)});
+    }
+    return outline;
+}
+
 // A shape of at most 0.2 m, whatever its proportions; a text may be wider.
 inline void random_shape(Random& r, ObjectSource& s)
 {
@@ -172,6 +183,20 @@ inline void random_shape(Random& r, ObjectSource& s)
             s.size = {0, r.in(0.01, 0.1), r.in(0.01, 0.2)};
             s.text = r.of(std::array{"a", "fl", "i\nj", "\xc3\xa4 ?"});
             break;
+        case ShapeKind::strand: {
+            s.size = {};
+            Strand strand;
+            strand.section = r.of(section_kinds).second, strand.diameter = across;
+            if (strand.section == SectionKind::outline) strand.outline = random_outline(r);
+            strand.path.push_back({});
+            for (int n = 1 + r.below(5); n > 0; --n)
+                strand.path.push_back(
+                    {strand.path.back().at + Vec3<double>{r.in(-0.1, 0.1), r.in(-0.1, 0.1), 0.1},
+                     {r.in(-1, 1), r.one_in(2) ? 0 : r.in(-1, 1), -0.0}});
+            strand.open = r.one_in(3);
+            s.strand = std::make_shared<const Strand>(std::move(strand));
+            break;
+        }
         case ShapeKind::box:
         case ShapeKind::ellipsoid:
         case ShapeKind::splats:
@@ -210,6 +235,13 @@ inline SceneObject random_object(Random& r, const Drawing& by)
     if (wild()) o.source.size.y = r.one_in(2) ? 0 : std::nan("");
     if (wild()) o.source.rounding = r.one_in(2) ? 10 : std::nan("");
     if (wild()) o.source.text = random_text(r);
+    if (o.source.strand && wild()) {
+        Strand strand = *o.source.strand;
+        if (r.one_in(2)) strand.diameter = r.one_in(2) ? 0 : std::nan("");
+        if (r.one_in(2)) strand.path.back().at.y = r.one_in(2) ? 1e9 : std::nan("");
+        if (r.one_in(2)) strand.path.clear();
+        o.source.strand = std::make_shared<const Strand>(std::move(strand));
+    }
     if (wild()) o.source.per_cell = r.one_in(2) ? 1 : 1e9;
     if (wild()) o.source.velocity.z = std::numeric_limits<double>::infinity();
     if (wild()) o.id = {0xffffffffu - unsigned(r.below(2))};
@@ -303,7 +335,7 @@ struct RandomFields {
         for_each_field(plane, *this);
     }
     template <class F>
-    void operator()(const F&, ObjectRef& object) const
+    void operator()(const F& f, ObjectRef& object) const
     {
         const auto& all = by.document->objects;
         if (all.empty() || r.in(0, 100) < by.unknown) {
@@ -312,6 +344,9 @@ struct RandomFields {
                 r.one_in(2) ? ObjectRef(r.of(none)) : ObjectRef(r.one_in(2) ? "bal" : "no such");
             return;
         }
+        if (std::string_view(f.key) == "name" && r.below(4) > 0)
+            for (const auto& one : all)
+                if (is_open(*one)) return (void)(object = one->id);
         const SceneObject& one = *r.of(all);
         object = r.one_in(3) ? ObjectRef(one.name) : ObjectRef(one.id);
     }
@@ -343,6 +378,17 @@ struct RandomFields {
     void operator()(const F&, SetHand& hand) const
     {
         for_each_field(hand, *this);
+    }
+    template <class F>
+    void operator()(const F&, std::vector<Point2>& outline) const
+    {
+        outline = random_outline(r);
+        if (wild()) outline.resize(r.one_in(2) ? 2 : 1001, {std::nan(""), 0});
+    }
+    template <class F>
+    void operator()(const F&, SectionKind& section) const
+    {
+        section = r.of(section_kinds).second;
     }
     template <class F>
     void operator()(const F&, ContactMode& mode) const

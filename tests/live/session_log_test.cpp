@@ -145,7 +145,21 @@ TEST(SessionLog, OfReshapedObjectsIsComputedAgainToTheBit)
         Redo{},
         Redo{},
         SplitObject{ObjectRef("both"), {}, true, {}, {}},
-        PlaceObject{ObjectRef("both"), Vec3<double>{0.5, 0.7, 0.5}, {}}};
+        PlaceObject{ObjectRef("both"), Vec3<double>{0.5, 0.7, 0.5}, {}},
+        SourceBegin{"rope",
+                    SectionKind::star,
+                    0.08,
+                    {},
+                    {},
+                    {},
+                    {0.2, 0.8, 0.2},
+                    Vec3<double>{1, 0, 0},
+                    {}},
+        SourceMove{ObjectRef("rope"), {0.4, 0.8, 0.2}, {}},
+        SourceMove{ObjectRef("rope"), {0.5, 0.8, 0.3}, Vec3<double>{1, 0, 1}},
+        SourceEnd{ObjectRef("rope")},
+        Undo{},
+        Redo{}};
     for (const Command& command : all) {
         session.send(command);
         wait_for_frames(session, sanitized ? 1 : 3);

@@ -394,7 +394,7 @@ class RandomSession {
         m.density = r.in(500, 2000);
         if (m.plasticity != Plasticity::fluid) m.young = r.in(2e4, 2e5);
         const ObjectId other = d.objects.empty() ? ObjectId{1} : r.of(d.objects)->id;
-        switch (r.below(17)) {
+        switch (r.below(20)) {
             case 0:
                 return SetMaterial{object, m};
             case 1:
@@ -432,6 +432,22 @@ class RandomSession {
                 return CopyObjects{{object}, place - Vec3<double>{0.24, 0.2, 0.24}, {}, {}};
             case 13:
                 return ScaleObjects{{object}, r.in(0.7, 1.2)};
+            case 17: {
+                if (d.objects.size() > 4) return RemoveObjects{{object}};
+                SourceBegin begins;
+                begins.name = "s", begins.section = r.of(section_kinds).second;
+                begins.diameter = 0.1, begins.at = place;
+                if (begins.section == SectionKind::outline) begins.outline = random_outline(r);
+                return begins;
+            }
+            case 18:
+            case 19: {
+                const auto nozzle =
+                    std::ranges::find_if(d.objects, [](const auto& o) { return is_open(*o); });
+                const ObjectId id = nozzle == d.objects.end() ? object : (*nozzle)->id;
+                if (r.one_in(4)) return SourceEnd{id};
+                return SourceMove{id, place, r.one_in(2) ? std::optional(place) : std::nullopt};
+            }
             case 14:
                 return MergeObjects{{object, other}, {}};
             case 15:

@@ -103,6 +103,15 @@ Object drawn_object(Draw& draw)
     if (o.shape == ShapeKind::rounded_box)
         o.rounding = draw.in(0, 0.5) * std::min({o.size.x, o.size.y, o.size.z});
     if (o.shape == ShapeKind::text) o.text = "Ton \xc3\xa4", o.size.x = 0;
+    if (o.shape == ShapeKind::strand) {
+        Strand s;
+        s.section = section_kinds[std::size_t(draw.below(int(section_kinds.size())))].second;
+        s.diameter = draw.in(0.01, 0.1), s.open = draw.below(2);
+        if (s.section == SectionKind::outline) s.outline = {{0, 0}, {draw.in(1, 2), 0}, {0, 1}};
+        for (int n = 1 + draw.below(4); n > 0; --n)
+            s.path.push_back({draw.vector(0.5), draw.below(2) ? Vec3<double>{} : draw.vector(1)});
+        o.size = {}, o.strand = std::make_shared<const Strand>(std::move(s));
+    }
     if (o.shape != ShapeKind::splats) return o;
     o.size = {};
     o.splats = {"folder/cup.ply", up_axes[std::size_t(draw.below(int(up_axes.size())))].second,

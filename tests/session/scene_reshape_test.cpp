@@ -417,6 +417,133 @@ TEST_P(Reshape, RandomVerbsKeepTheBooks)
 INSTANTIATE_TEST_SUITE_P(Devices, Reshape, testing::Bool(), device_of);
 
 // A pot of splats: they go with the clay, and undo brings them back.
+SourceBegin nozzle(const std::string& name, Vec3<double> at)
+{
+    SourceBegin begins;
+    begins.name = name, begins.diameter = 0.08, begins.at = at;
+    return begins;
+}
+
+TEST_P(Reshape, ANozzleLaysClayAtRestAndItIsOneStep)
+{
+    Reshaped s = begun();
+    const ClayRows before = s.rows();
+    const DocumentPtr document = s.editor.document();
+    const std::size_t steps = s.past.count();
+    const auto begins = std::get<SourceBegin>(s.applied(nozzle("rope", {0.2, 0.7, 0.8})));
+    ASSERT_EQ(begins.ids, (std::vector<ObjectId>{{4}}));
+    EXPECT_TRUE(s.clay_of({4}).empty());
+    std::vector<Particle<double>> clay;
+    for (int i = 1; i <= 40; ++i) {
+        s.applied(SourceMove{ObjectRef("rope"), {0.2 + 0.01 * i, 0.7, 0.8}, {}});
+        clay = s.clay_of({4});
+        if (i == 1) {
+            EXPECT_EQ(clay.back().v.y, 0);
+        }
+        if (i < 40) s.frames(1);
+    }
+    const double mass = made(material_spec("clay")).density * 3.141592653589793 * 0.0016 * 0.4;
+    EXPECT_NEAR(s.mass_of({4}), mass, 0.03 * mass);
+    EXPECT_LT(clay.front().v.y, -0.5);
+    s.applied(SourceEnd{ObjectRef("rope")});
+    EXPECT_FALSE(has_nozzle(*s.editor.document()));
+    s.frames(150);
+    s.history.close();
+    EXPECT_EQ(s.past.count(), steps + 1);
+    s.applied(Undo{});
+    EXPECT_TRUE(same_rows(s.rows(), before));
+    EXPECT_TRUE(equal(*s.editor.document(), *document));
+    s.applied(Redo{});
+    const ClayRows laid = s.rows();
+    EXPECT_EQ(s.clay_of({4}).size(), clay.size());
+    s.frames(3);
+    s.applied(Undo{});
+    s.applied(Redo{});
+    EXPECT_TRUE(same_rows(s.rows(), laid));
+    s.applied(PlaceObject{ObjectRef("rope"), Vec3<double>{0.2, 0.8, 0.3}, {}});
+    s.frames(2);
+}
+
+TEST_P(Reshape, ANozzleLaysNothingIntoClayAndBeyondWalls)
+{
+    Reshaped s = begun();
+    s.applied(nozzle("bar", {0.3, 0.3, 0.1}));
+    s.applied(SourceMove{ObjectRef("bar"), {0.3, 0.3, 1.4}, {}});
+    const auto laid = s.clay_of({4});
+    double nearest = 1;
+    for (const auto& p : laid) {
+        EXPECT_LE(p.x.z, s.solver->config().walls.max.z);
+        for (const ObjectId other : {ObjectId{1}, ObjectId{3}})
+            for (const auto& q : s.clay_of(other)) nearest = std::min(nearest, length(p.x - q.x));
+    }
+    EXPECT_GT(nearest, 0.0112);  // 3/4 of a spacing
+    EXPECT_LT(nearest, 0.03);
+    EXPECT_GT(laid.size(), 100u);
+    s.applied(SourceMove{ObjectRef("bar"), {0.3, 0.3, 0.1}, {}});
+    EXPECT_LE(s.clay_of({4}).size(), laid.size() + laid.size() / 50);  // all of it is filled
+    s.frames(5);
+}
+
+TEST_P(Reshape, SourcesThatCannotBeAreRefused)
+{
+    Reshaped s = begun();
+    s.refused(SourceMove{ObjectRef("ball"), {0.5, 0.5, 0.5}, {}}, "name", "no nozzle lays");
+    s.refused(SourceEnd{ObjectRef("ball")}, "name", "no nozzle lays");
+    s.refused(SourceEnd{ObjectRef("none")}, "name", "no object");
+    SourceBegin thin = nozzle("thin", {0.5, 0.5, 0.5});
+    thin.diameter = 0.012;
+    s.refused(thin, "diameter", "at least a particle");
+    thin.diameter = 0;
+    s.refused(thin, "diameter", "above 0");
+    SourceBegin flat = nozzle("flat", {0.5, 0.5, 0.5});
+    flat.section = SectionKind::outline;
+    s.refused(flat, "outline", "3 to 1000 points");
+    flat.outline = {{0, 0}, {1, 1}, {2, 2}};
+    s.refused(flat, "outline", "an area");
+    s.applied(nozzle("rope", {0.5, 0.6, 0.5}));
+    s.refused(CopyObjects{{ObjectRef("rope")}, {0.1, 0, 0}, {}, {}}, "objects", "a nozzle lays");
+    s.refused(ScaleObjects{{ObjectRef("rope")}, 1.5}, "objects", "no clay");
+    s.refused(SourceMove{ObjectRef("rope"), {0.5, 2000, 0.5}, {}}, "at", "1000");
+    s.applied(SetFlags{ObjectRef("rope"), true, {}});
+    s.refused(SourceMove{ObjectRef("rope"), {0.5, 0.7, 0.5}, {}}, "name", "locked");
+    s.applied(SetFlags{ObjectRef("rope"), false, {}});
+    s.applied(SourceEnd{ObjectRef("rope")});  // it was not moved
+    EXPECT_EQ(s.editor.document()->objects.size(), 3u);
+    s.refused(SourceMove{ObjectId{4}, {0.5, 0.7, 0.5}, {}}, "name", "no object");
+}
+
+// A nozzle that was undone is gone; one that undo has interrupted goes on after redo.
+TEST_P(Reshape, UndoOfANozzleUnderWayTakesAllOfItsClay)
+{
+    Reshaped s = begun();
+    s.applied(nozzle("rope", {0.2, 0.7, 0.8}));
+    s.applied(SourceMove{ObjectRef("rope"), {0.4, 0.7, 0.8}, {}});
+    s.frames(3);
+    const std::size_t count = s.clay_of({4}).size();
+    ASSERT_GT(count, 50u);
+    s.applied(Undo{});
+    EXPECT_FALSE(s.editor.document()->find({4}));
+    s.refused(SourceMove{ObjectId{4}, {0.6, 0.7, 0.8}, {}}, "name", "no object");
+    s.frames(2);
+    s.applied(Redo{});
+    EXPECT_EQ(s.clay_of({4}).size(), count);
+    s.applied(SourceMove{ObjectId{4}, {0.6, 0.7, 0.8}, {}});
+    EXPECT_GT(s.clay_of({4}).size(), 2 * count - 60);
+    s.applied(SourceEnd{ObjectId{4}});
+    s.applied(Undo{});
+    s.applied(Undo{});
+    EXPECT_FALSE(s.editor.document()->find({4}));
+    // Undone to an object without clay and back.
+    const auto other = std::get<SourceBegin>(s.applied(nozzle("rope", {0.2, 0.7, 0.8})));
+    s.applied(Undo{});
+    s.applied(Redo{});
+    EXPECT_TRUE(s.clay_of(other.ids.at(0)).empty());
+    s.applied(RemoveObjects{{other.ids.at(0)}});
+    s.applied(Undo{});
+    s.applied(SourceMove{other.ids.at(0), {0.4, 0.7, 0.8}, {}});
+    s.frames(2);
+}
+
 class ReshapedSplats : public InFolder {
   protected:
     void SetUp() override { write_splats(path("pot.ply"), glazed_pot(1000)); }
