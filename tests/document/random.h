@@ -344,9 +344,12 @@ struct RandomFields {
                 r.one_in(2) ? ObjectRef(r.of(none)) : ObjectRef(r.one_in(2) ? "bal" : "no such");
             return;
         }
-        if (std::string_view(f.key) == "name" && r.below(4) > 0)
+        if (std::string_view(f.key) == "name") {  // of a nozzle
+            std::vector<ObjectId> open;
             for (const auto& one : all)
-                if (is_open(*one)) return (void)(object = one->id);
+                if (is_open(*one)) open.push_back(one->id);
+            if (!open.empty() && r.below(8) > 0) return (void)(object = r.of(open));
+        }
         const SceneObject& one = *r.of(all);
         object = r.one_in(3) ? ObjectRef(one.name) : ObjectRef(one.id);
     }
