@@ -41,16 +41,8 @@ void convert_splats(const ConvertOptions& o)
     prepare_file(o.out, o.overwrite);
     write_splats(o.out, file.cloud);
     if (o.quiet) return;
+    for (const std::string& remark : remarks(file)) fmt::print(stderr, "{}: {}\n", o.in, remark);
     const auto say = [&](const std::string& what) { fmt::print(stderr, "{}: {}\n", o.out, what); };
-    const SplatRepairs& r = file.repairs;
-    if (r.dropped())
-        say(
-            fmt::format("{} splats left out that cannot be drawn: {} with a number that is not "
-                        "finite, {} without a rotation",
-                        r.dropped(), r.not_finite, r.no_rotation));
-    if (r.mirrored)
-        say(fmt::format("{} splats with a negative half axis: the sign is dropped", r.mirrored));
-    if (r.degree_left_out) say("harmonics above degree 3 are left out");
     if (file.cloud.degree > 0 && ending(o.out) == ".splat")
         say("harmonics above degree 0 are left out: .splat has no room for them");
 }

@@ -89,6 +89,23 @@ SplatFile SplatGather::gathered(const std::string& path)
     return std::move(file);
 }
 
+std::vector<std::string> remarks(const SplatFile& file)
+{
+    const SplatRepairs& r = file.repairs;
+    std::vector<std::string> lines;
+    if (r.dropped())
+        lines.push_back(
+            fmt::format("{} splats left out that cannot be drawn: {} with a number that is not "
+                        "finite, {} without a rotation",
+                        r.dropped(), r.not_finite, r.no_rotation));
+    if (r.mirrored)
+        lines.push_back(
+            fmt::format("{} splats with a negative half axis: the sign is dropped", r.mirrored));
+    if (r.degree_left_out) lines.push_back("harmonics above degree 3 are left out");
+    lines.insert(lines.end(), file.notes.begin(), file.notes.end());
+    return lines;
+}
+
 SplatFile parse_splat(const std::string& bytes, const std::string& path)
 {
     if (bytes.size() % sizeof(SplatRow) != 0)

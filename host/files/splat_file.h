@@ -3,6 +3,7 @@
 #pragma once
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "host/files/ply.h"
 #include "host/splats/cloud.h"
@@ -22,7 +23,14 @@ struct SplatFile {
     SplatCloud cloud;
     SplatRepairs repairs;
     std::string format;  // "ply", "splat", "spz"
+    // What the file has beyond splats as they are kept here, and how it was understood: a line
+    // each.
+    std::vector<std::string> notes;
 };
+
+// What the user should know about the reading, a line each: splats dropped and repaired, then the
+// notes. The same for all commands; empty for a plain, valid file.
+std::vector<std::string> remarks(const SplatFile& file);
 
 // The format is detected from the content; .splat, which has no magic number, from the extension.
 // Throws InputError with path, place and reason, also if there is no drawable splat. A count that
