@@ -306,13 +306,14 @@ std::string header_for(const SplatCloud& cloud)
 bool holds_splats(const PlyFile& ply)
 {
     const PlyElement* vertex = ply.find("vertex");
-    return ply.find("codebook_centers") ||
+    return holds_compressed_splats(ply) || ply.find("codebook_centers") ||
            (vertex && vertex->find("scale_0") && vertex->find("rot_0") && vertex->find("opacity"));
 }
 
 SplatFile parse_splat_ply(const std::string& bytes, const std::string& path)
 {
     const PlyFile ply = parse_ply_header(bytes, path);
+    if (holds_compressed_splats(ply)) return parse_compressed_ply(bytes, path);
     refuse_other_kernels(ply, path);
     const Header header(ply, path);
     const Columns c = header.columns();
