@@ -306,7 +306,8 @@ int render_verb(const RenderOptions& o)
 {
     check_options(o);
     std::error_code nobody_asks;
-    if (o.files.size() == 1 && std::filesystem::is_directory(o.files[0], nobody_asks))
+    if (o.files.size() == 1 && std::filesystem::is_directory(o.files[0], nobody_asks) &&
+        !is_sog_folder(o.files[0]))
         return run_video(o);
     if (!o.video.empty() && o.orbit == 0 && o.path.empty())
         throw UsageError("--video: of splats it needs --orbit FRAMES or --path FILE");
