@@ -12,7 +12,7 @@ namespace knead {
 namespace {
 
 // A property that only files of another method have.
-struct Mark {
+struct MethodMark {
     const char* name;
     bool prefix;  // of names that end in a number
     const char* method;
@@ -24,16 +24,16 @@ constexpr const char *anchors =
                      *kernel = "its kernels are not Gaussians",
                      *film = "its splats move; export one point in time";
 // The first that applies names the method: Octree-GS has the properties of Scaffold-GS, too.
-constexpr Mark marks[] = {{"extra_level", false, "Octree-GS", anchors},
-                          {"f_anchor_feat_", true, "Scaffold-GS", anchors},
-                          {"f_offset_", true, "Scaffold-GS", anchors},
-                          {"scale_3", false, "Scaffold-GS", anchors},
-                          {"sb_params_", true, "beta splatting", kernel},
-                          {"beta", false, "beta splatting", kernel},
-                          {"motion_", true, "spacetime splatting", film},
-                          {"omega_", true, "spacetime splatting", film},
-                          {"trbf_", true, "spacetime splatting", film},
-                          {"scale_t", false, "4D splatting", film}};
+constexpr MethodMark method_marks[] = {{"extra_level", false, "Octree-GS", anchors},
+                                       {"f_anchor_feat_", true, "Scaffold-GS", anchors},
+                                       {"f_offset_", true, "Scaffold-GS", anchors},
+                                       {"scale_3", false, "Scaffold-GS", anchors},
+                                       {"sb_params_", true, "beta splatting", kernel},
+                                       {"beta", false, "beta splatting", kernel},
+                                       {"motion_", true, "spacetime splatting", film},
+                                       {"omega_", true, "spacetime splatting", film},
+                                       {"trbf_", true, "spacetime splatting", film},
+                                       {"scale_t", false, "4D splatting", film}};
 
 bool numbered(std::string_view name, std::string_view prefix)
 {
@@ -85,7 +85,7 @@ void refuse_other_kernels(const PlyFile& header, const std::string& path)
                "its values are indices into codebooks; export them unreduced");
     const PlyElement* vertex = header.find("vertex");
     if (!vertex) return;
-    for (const Mark& m : marks)
+    for (const MethodMark& m : method_marks)
         for (const PlyProperty& p : vertex->properties)
             if (m.prefix ? p.name.starts_with(m.name) : p.name == m.name)
                 refuse(m.method, p.name, m.why);
