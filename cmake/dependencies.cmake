@@ -13,6 +13,18 @@ find_package(Zstd REQUIRED)
 find_path(XXHASH_INCLUDE_DIR xxhash.h REQUIRED)
 find_path(TINYGLTF_INCLUDE_DIR tiny_gltf.h REQUIRED)
 
+# Images of SOG, a format of splats.
+option(KNEAD_WEBP "Build SOG, a format of splats, where libwebp is found" ON)
+set(knead_sog "no SOG (KNEAD_WEBP is off)")
+if(KNEAD_WEBP)
+    find_package(WebP)
+    set(KNEAD_WEBP ${WebP_FOUND})
+    set(knead_sog "no SOG (libwebp was not found)")
+endif()
+if(KNEAD_WEBP)
+    set(knead_sog "SOG by libwebp")
+endif()
+
 # fmt as it is, or as it can be carried to another machine.
 set(knead_fmt fmt::fmt)
 if(KNEAD_STATIC)

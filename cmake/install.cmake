@@ -35,4 +35,5 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/KneadConfigVersion.
     COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/KneadConfig.cmake
     ${CMAKE_CURRENT_BINARY_DIR}/KneadConfigVersion.cmake cmake/FindZstd.cmake
+    cmake/FindWebP.cmake
     DESTINATION ${package})

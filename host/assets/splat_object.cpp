@@ -51,10 +51,27 @@ void keep_between(const WallOptions& walls, const FilledObject& filled, SplatObj
     object.cloud = picked(filled.splats, between);
 }
 
+// No splats of the file are left after cleaning, or they have no extent.
+[[noreturn]] void refuse_empty(const std::string& path, std::size_t count, const CleanCloud& left,
+                               const CleanOptions& options)
+{
+    const std::string found =
+        !left.kept.empty() ? "all at one point"
+        : left.report.faint == count
+            ? fmt::format("{} splats, all fainter than an opacity of {}", count,
+                          options.min_opacity)
+            : fmt::format(
+                  "{} splats, none of which is left: {} fainter than an opacity of {}, {} "
+                  "far from the others, {} too large",
+                  count, left.report.faint, options.min_opacity, left.report.far, left.report.huge);
+    throw InputError(path + ": expected splats of an object, found " + found);
+}
+
 SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
 {
     Object& o = scene.objects[index];
-    const SplatCloud file = read_splats(o.splats.file).cloud;
+    const SplatFile read = read_splats(o.splats.file);
+    const SplatCloud& file = read.cloud;
     FillOptions options;
     options.cell = scene.setup.lattice.dx, options.per_cell = o.per_cell, options.seed = scene.seed;
     options.max_bytes = memory;
@@ -68,8 +85,7 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
         grow(box, rotate(own, x)), grow(turned, rotate(turn, x));
     }
     const double longest = longest_edge(box);
-    if (!(longest > 0))
-        throw InputError("expected splats of an object, found none, or all at one point");
+    if (!(longest > 0)) refuse_empty(o.splats.file, file.count(), cleaned, options.clean);
     const double scale = o.splats.size / longest;
     const Vec3<double> shift = o.centre - scale * rotate(o.rotation, centre(box));
     if (o.local()) {
@@ -79,11 +95,13 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
         none.volume = std::pow(options.cell, 3) / options.per_cell;
         o.given = std::make_shared<const ObjectParticles>(std::move(none));
         SplatObject still{int(index), placed(file, turn, scale, shift), file.count(), {}, 0, true};
+        still.dropped = read.repairs.dropped(), still.remarks = remarks(read);
         return still;
     }
     FilledObject filled = fill(placed(file, turn, scale, shift), cleaned, options);
 
     SplatObject object{int(index), {}, 0, filled.report, 0};
+    object.dropped = read.repairs.dropped(), object.remarks = remarks(read);
     keep_between(scene.setup.walls, filled, object);
     ObjectParticles given;
     given.particles = std::move(filled.particles), given.volume = filled.particle_volume;

@@ -1,5 +1,8 @@
 // Photographed objects of a scene: reads their clouds, places them, and fills them with particles.
 #pragma once
+#include <string>
+#include <vector>
+
 #include "host/assets/fill.h"
 #include "host/scene/scene.h"
 
@@ -12,8 +15,10 @@ struct SplatObject {
     SplatCloud cloud;
     std::size_t surface = 0;  // number of file splats, which come first; the others are interior
     FillReport report;
-    std::size_t beyond = 0;  // splats dropped because they lie beyond a wall
-    bool local = false;      // local clay: none is attached initially
+    std::size_t beyond = 0;              // splats dropped because they lie beyond a wall
+    bool local = false;                  // local clay: none is attached initially
+    std::size_t dropped = 0;             // splats of the file that cannot be drawn
+    std::vector<std::string> remarks{};  // of the reading (host/files/splat_file.h)
 };
 
 // Reads the files of the scene's objects of shape `splats`, and sets the objects' size, particles

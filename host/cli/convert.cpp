@@ -36,23 +36,14 @@ void check_ending(const std::string& out, const std::vector<std::string>& allowe
 // Converts splats; reports what is lost.
 void convert_splats(const ConvertOptions& o)
 {
-    check_ending(o.out, {".ply", ".splat", ".spz", ".glb"}, "splats");
+    check_ending(o.out, {".ply", ".splat", ".spz", ".sog", ".glb"}, "splats");
     const SplatFile file = read_splats(o.in);
     prepare_file(o.out, o.overwrite);
-    write_splats(o.out, file.cloud);
+    write_splats(o.out, file.cloud, o.spz_version);
     if (o.quiet) return;
-    const auto say = [&](const std::string& what) { fmt::print(stderr, "{}: {}\n", o.out, what); };
-    const SplatRepairs& r = file.repairs;
-    if (r.dropped())
-        say(
-            fmt::format("{} splats left out that cannot be drawn: {} with a number that is not "
-                        "finite, {} without a rotation",
-                        r.dropped(), r.not_finite, r.no_rotation));
-    if (r.mirrored)
-        say(fmt::format("{} splats with a negative half axis: the sign is dropped", r.mirrored));
-    if (r.degree_left_out) say("harmonics above degree 3 are left out");
-    if (file.cloud.degree > 0 && ending(o.out) == ".splat")
-        say("harmonics above degree 0 are left out: .splat has no room for them");
+    for (const std::string& remark : remarks(file)) fmt::print(stderr, "{}: {}\n", o.in, remark);
+    for (const std::string& loss : losses(file.cloud, o.out))
+        fmt::print(stderr, "{}: {}\n", o.out, loss);
 }
 
 // Hands, or the clay at the end, in the frame of the scene's file.
@@ -90,6 +81,8 @@ int convert_verb(const ConvertOptions& given)
         o.out += o.to.starts_with('.') ? o.to : "." + o.to;
     }
     const FileKind kind = file_kind(o.in);
+    if (o.spz_version != 3 && (kind != FileKind::splats || ending(o.out) != ".spz"))
+        throw UsageError("--spz-version: only for splats that are written as .spz");
     if (kind == FileKind::recording) {
         check_ending(o.out, {".hands", ".jsonl"}, "a recording");
         const Recording recording = read_recording(o.in);

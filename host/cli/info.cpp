@@ -79,7 +79,8 @@ Json scene_facts(const InfoOptions& o)
     for (const SplatObject& s : splats) {
         Json& one = all["objects"][std::size_t(s.object)];
         one["splats"] = s.surface, one["splats_inside"] = s.cloud.count() - s.surface;
-        one["splats_left_out"] = s.report.clean.dropped() + s.beyond;
+        one["splats_left_out"] = s.dropped + s.report.clean.dropped() + s.beyond;
+        if (!s.remarks.empty()) one["splats_remarks"] = s.remarks;
     }
     if (!scene.has_hands) return all;
     const Recording recording = hands_of(scene);
@@ -221,6 +222,7 @@ Json splat_facts(const std::string& path)
                 {"dropped", {{"not_finite", r.not_finite}, {"no_rotation", r.no_rotation}}},
                 {"mirrored", r.mirrored}};
     if (r.degree_left_out) all["degree_in_file"] = r.degree_left_out;
+    if (const auto said = remarks(file); !said.empty()) all["remarks"] = said;
     return all;
 }
 

@@ -71,7 +71,7 @@ void add_convert(CLI::App& app, Verb& chosen)
     CLI::App* convert = app.add_subcommand(
         "convert",
         "Meshes (.glb .obj .ply .stl), recordings (.hands .jsonl), particles (.ply .csv), splats "
-        "(.ply .splat .spz)");
+        "(.ply .compressed.ply .splat .ksplat .spz .sog .glb)");
     convert->add_option("IN", o.in, "The file to read; -: the standard input")->required();
     convert
         ->add_option("OUT", o.out,
@@ -79,6 +79,8 @@ void add_convert(CLI::App& app, Verb& chosen)
         ->required();
     convert->add_option("--from", o.from, "Format of the standard input, e.g. obj");
     convert->add_option("--to", o.to, "Format of the standard output, e.g. stl");
+    convert->add_option("--spz-version", o.spz_version, "Version of .spz: 2, 3 or 4")
+        ->check(between(2, 4));
     convert->add_flag("--overwrite", o.overwrite, "Replace a file that is there");
     convert->add_flag("-q,--quiet", o.quiet, "Say nothing");
     convert->callback([&chosen] {
@@ -90,7 +92,8 @@ void add_convert(CLI::App& app, Verb& chosen)
 void add_render(CLI::App& app, Verb& chosen)
 {
     static RenderOptions o;
-    CLI::App* render = app.add_subcommand("render", "Draw files of splats (.ply .splat .spz)");
+    CLI::App* render =
+        app.add_subcommand("render", "Draw files of splats (.ply .splat .ksplat .spz .sog .glb)");
     render->add_option("FILE", o.files, "Splats; several are one scene. Or the folder of a run")
         ->required();
     render->add_option("--out", o.out, "Picture (.png)");

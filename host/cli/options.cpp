@@ -80,7 +80,7 @@ void add_results(CLI::App* run, RunOptions& o)
     run->add_flag("--video", o.video, "video.mp4, by ffmpeg");
     run->add_flag("--particles", o.particles, "particles.ply of the last frame");
     run->add_option("--splats", o.splats,
-                    "ply, splat, spz, glb or none, of a scene that has splats")
+                    "ply, compressed.ply, splat, spz, sog, glb or none, of a scene that has splats")
         ->capture_default_str();
 }
 
@@ -218,9 +218,10 @@ void add_view(CLI::App& app, Verb& chosen)
 {
     static ViewOptions o;
     CLI::App* view = app.add_subcommand("view", "Shape a scene's clay in a window");
-    view->add_option("SCENE", o.scene,
-                     "Scene (.json), a session (.knead) to go on with, splats (.ply, .spz, .splat) "
-                     "for an empty table, or new: the empty table")
+    view->add_option(
+            "SCENE", o.scene,
+            "Scene (.json), a session (.knead) to go on with, splats (.ply, .spz, .sog, ...) "
+            "for an empty table, or new: the empty table")
         ->capture_default_str();
     view->add_option("--device", o.device, "auto, cuda, cuda:N, cpu or cpu:double")
         ->capture_default_str();

@@ -89,9 +89,9 @@ SplatCloud read_all(const std::vector<std::string>& files, bool quiet)
     SplatCloud all;
     for (const std::string& file : files) {
         SplatFile read = read_splats(file);
-        if (read.repairs.dropped() && !quiet)
-            fmt::print(stderr, "{}: {} splats left out that cannot be drawn\n", file,
-                       read.repairs.dropped());
+        if (!quiet)
+            for (const std::string& remark : remarks(read))
+                fmt::print(stderr, "{}: {}\n", file, remark);
         all.degree = std::max(all.degree, read.cloud.degree);
         all.antialiased |= read.cloud.antialiased;
         clouds.push_back(std::move(read.cloud));
@@ -306,7 +306,8 @@ int render_verb(const RenderOptions& o)
 {
     check_options(o);
     std::error_code nobody_asks;
-    if (o.files.size() == 1 && std::filesystem::is_directory(o.files[0], nobody_asks))
+    if (o.files.size() == 1 && std::filesystem::is_directory(o.files[0], nobody_asks) &&
+        !is_sog_folder(o.files[0]))
         return run_video(o);
     if (!o.video.empty() && o.orbit == 0 && o.path.empty())
         throw UsageError("--video: of splats it needs --orbit FRAMES or --path FILE");

@@ -118,8 +118,11 @@ void Session::prepare()
     if (o.commands.empty()) need_objects(scene);
     check_substeps(scene);
     const std::vector<SplatObject> objects = load_splats(scene, memory);
-    for (const SplatObject& of : objects)
+    for (const SplatObject& of : objects) {
         facts.splats += of.cloud.count(), facts.inside += of.cloud.count() - of.surface;
+        const std::string& file = scene.objects[std::size_t(of.object)].splats.file;
+        for (const std::string& remark : of.remarks) note(file + ": " + remark);
+    }
     build(scene, memory);
     splats = std::make_unique<SceneSplats>(scene, objects);
     facts.local = splats->local();

@@ -50,10 +50,12 @@ void check_options(const RunOptions& o)
     if (o.keep_going && o.commands.empty()) throw UsageError("--keep-going needs --commands LOG");
     if (!o.commands.empty() && o.checkpoint.value_or(0) > 0)
         throw UsageError("--checkpoint: not with --commands");
-    const std::vector<std::string> forms{"ply", "splat", "spz", "glb", "none"};
+    const std::vector<std::string> forms{"ply", "compressed.ply", "splat", "spz", "sog", "glb",
+                                         "none"};
     if (std::find(forms.begin(), forms.end(), o.splats) == forms.end())
-        throw UsageError("--splats: expected ply, splat, spz, glb or none, found \"" + o.splats +
-                         "\"");
+        throw UsageError(
+            "--splats: expected ply, compressed.ply, splat, spz, sog, glb or none, found \"" +
+            o.splats + "\"");
     if (o.out.empty() &&
         (o.video || o.particles || o.pictures > 0 || o.mesh_every > 0 || o.particles_every > 0))
         throw UsageError("--video, --particles, --pictures and sequences need --out DIR");

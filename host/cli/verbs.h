@@ -28,7 +28,8 @@ struct RunOptions {
     int particles_every = 0;   // frames between particle files of a sequence; 0: none
     int pictures = -1;         // frames between pictures; 0: none; -1: the scene's
     bool video = false, particles = false;
-    std::string splats = "ply";        // ply, splat, spz, glb, none; only for scenes with splats
+    // ply, compressed.ply, splat, spz, sog, glb, none; only for scenes with splats
+    std::string splats = "ply";
     std::optional<double> checkpoint;  // interval [s]; 0: none
     std::string resume;                // folder of an interrupted run to resume
     std::string commands;              // log of commands; "": none
@@ -89,6 +90,7 @@ struct ConvertOptions {
     std::string in, out;  // "-": standard input, standard output
     bool overwrite = false, quiet = false;
     std::string from = "", to = "";  // formats of standard input and output, e.g. "obj"
+    int spz_version = 3;             // of splats written as .spz, 2 to 4
 };
 int convert_verb(const ConvertOptions& options);
 

@@ -413,7 +413,7 @@ struct Row<Export> {
         command_field("file", &Export::file,
                       "to be written; one that is there is replaced. A surface: .glb, .obj, .ply, "
                       ".stl, with one mesh per category named after its objects; splats: .glb, "
-                      ".ply, .splat, .spz"),
+                      ".ply, .sog, .splat, .spz"),
         command_field(
             "what", &Export::what,
             "absent: the surface; the splats if the format, or all objects, are of splats"),

@@ -66,7 +66,7 @@ std::variant<ExportPlan, Refusal> export_plan(const Document& document, const Ex
 
     const std::string form = ending(command.file);
     const bool of_surface = among(form, {".glb", ".obj", ".ply", ".stl"}),
-               of_splats = among(form, {".glb", ".ply", ".splat", ".spz"});
+               of_splats = among(form, {".glb", ".ply", ".sog", ".splat", ".spz"});
     const bool only_splats = std::ranges::all_of(chosen, [](auto* o) { return has_splats(*o); });
     ExportPlan plan{};
     if (command.what)
@@ -79,11 +79,11 @@ std::variant<ExportPlan, Refusal> export_plan(const Document& document, const Ex
     if (!of_surface && !of_splats)
         return Refusal{
             "expected a name that ends in .glb, .obj, .ply or .stl for the surface, in "
-            ".glb, .ply, .splat or .spz for splats",
+            ".glb, .ply, .sog, .splat or .spz for splats",
             "file"};
     if (splats ? !of_splats : !of_surface)
         return Refusal{fmt::format("expected a name that ends in {}",
-                                   splats ? ".glb, .ply, .splat or .spz for splats"
+                                   splats ? ".glb, .ply, .sog, .splat or .spz for splats"
                                           : ".glb, .obj, .ply or .stl for the surface"),
                        "file"};
     const LengthUnit usual = form == ".stl" ? LengthUnit::millimetre : LengthUnit::metre;

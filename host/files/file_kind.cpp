@@ -19,6 +19,13 @@ FileKind ply_kind(const PlyFile& header)
     return holds_particles(header) ? FileKind::particles : FileKind::mesh;
 }
 
+// The document of a .glb may be longer than `start`.
+bool holds_splat_glb(const std::string& path, const std::string& start)
+{
+    if (start.size() < longest_header) return begins_splat_glb(start);
+    return begins_splat_glb(read_start(path, max_json_bytes + 20));
+}
+
 // File extension for the format of these first bytes; "" if unknown.
 std::string form_of(const std::string& start)
 {
@@ -50,12 +57,17 @@ std::string with_form(const std::string& path, const std::string& format)
 
 FileKind file_kind(const std::string& path)
 {
+    if (is_sog_folder(path)) return FileKind::splats;
     const std::string start = read_start(path, longest_header);
     const std::string form = path == "-" ? form_of(start) : ending(path);
     if (form == ".ply" || start.starts_with("ply\n") || start.starts_with("ply\r"))
         return ply_kind(parse_ply_header(start, path));
     if (begins_session(start) || form == ".knead") return FileKind::session;
-    if (begins_spz(start) || form == ".splat" || form == ".spz") return FileKind::splats;
+    if (begins_spz(start) || form == ".splat" || form == ".spz" || form == ".ksplat" ||
+        form == ".sog")
+        return FileKind::splats;
+    refuse_unread_splats(path, start);
+    if (form == ".glb" && holds_splat_glb(path, start)) return FileKind::splats;
     if (form == ".hands" || form == ".jsonl") return FileKind::recording;
     if (form == ".obj" || form == ".glb" || form == ".stl") return FileKind::mesh;
     if (form == ".csv") return FileKind::particles;
@@ -70,7 +82,7 @@ FileKind file_kind(const std::string& path)
     }
     throw InputError(path +
                      ": expected a file ending in .json, .hands, .jsonl, .ply, .obj, .glb, "
-                     ".stl, .csv, .splat, .spz or .knead");
+                     ".stl, .csv, .splat, .spz, .ksplat, .sog or .knead");
 }
 
 }  // namespace knead

@@ -153,6 +153,8 @@ class Parser {
         }
         if (!format) fail("a \"format\" line before \"end_header\"", "none");
         at = next;
+        ply.little_endian = !ascii && !swapped;
+        ply.body = at;
     }
 
     void read_format(const std::vector<std::string_view>& w)
@@ -286,6 +288,8 @@ const PlyElement* PlyFile::find(const std::string& element) const
         if (e.name == element) return &e;
     return nullptr;
 }
+
+std::size_t size_of(PlyType type) { return bytes_of[int(type)]; }
 
 PlyFile parse_ply(const std::string& bytes, const std::string& path)
 {

@@ -24,6 +24,8 @@ struct PlyElement {
 struct PlyFile {
     std::vector<std::string> comments;
     std::vector<PlyElement> elements;
+    bool little_endian = false;                                // binary, little-endian
+    std::size_t body = 0;                                      // offset of the first row [bytes]
     const PlyElement* find(const std::string& element) const;  // nullptr if absent
 };
 
@@ -41,6 +43,8 @@ PlyFile parse_ply_header(const std::string& bytes, const std::string& path);
 using PlyVisit = std::function<void(std::size_t row, const double* values)>;
 PlyFile parse_ply_rows(const std::string& bytes, const std::string& path,
                        const std::string& element, const PlyVisit& visit);
+
+std::size_t size_of(PlyType type);  // [bytes]
 
 // Value of a half-precision float (IEEE 754 binary16).
 double half_number(std::uint16_t bits);

@@ -23,6 +23,16 @@ struct RawSplat {
     double opacity;
 };
 
+// Throws InputError if there is no splat, saying what was dropped.
+void check_any(const SplatFile& file, const std::string& path);
+// Drops and counts the splats with a number that is not finite, for readers that fill whole arrays.
+// Throws InputError if no splat is left.
+void drop_not_finite(SplatFile& file, const std::string& path);
+
+// Indices of the splats along a Morton curve of 1024 steps an axis, for writers: neighbours in
+// space become neighbours in the file.  [Morton 1966]
+std::vector<std::uint32_t> order_by_place(const SplatCloud& cloud);
+
 class SplatGather {
   public:
     // `degree`: that of the file.

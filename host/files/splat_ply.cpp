@@ -2,11 +2,14 @@
 // degree 0 stored channel by channel.  [Kerbl 2023]
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "host/base/errors.h"
 #include "host/files/splat_gather.h"
+#include "host/files/splat_ply_dialect.h"
 
 namespace knead {
 namespace {
@@ -15,6 +18,8 @@ namespace {
 struct Column {
     int at = -1;
     bool half = false;  // 16-bit integers that hold the bits of half-precision floats
+
+    bool there() const { return at >= 0; }
 
     double of(const double* row) const
     {
@@ -26,6 +31,9 @@ struct Columns {
     std::array<Column, 3> centre, scale, dc;
     std::array<Column, 4> rotation;
     Column opacity;
+    std::array<Column, 3> rgb;  // instead of dc
+    double rgb_unit = 1;        // value of full intensity; floats may turn out to be 0 to 255
+    Column filter;              // Mip-Splatting: standard deviation of the screen filter [m]
     std::vector<Column> rest;
     int degree = 0;
 };
@@ -51,6 +59,8 @@ class Header {
         }
         for (std::size_t k = 0; k < 4; ++k) c.rotation[k] = required("rot_" + std::to_string(k));
         c.opacity = required("opacity");
+        c.filter = found("filter_3D");
+        if (!c.dc[0].there()) find_rgb(c);
         std::size_t rest = 0;
         for (const PlyProperty& p : vertex->properties) rest += p.name.starts_with("f_rest_");
         const auto above = [&] { return 3 * std::size_t(harmonics(c.degree) - 1); };
@@ -85,6 +95,26 @@ class Header {
         return {};
     }
 
+    // Colours of degree 0 as bytes or floats, from exporters that leave out the harmonics.
+    void find_rgb(Columns& c) const
+    {
+        constexpr const char* names[2][3] = {{"red", "green", "blue"}, {"r", "g", "b"}};
+        for (const auto& of : names) {
+            if (!vertex->find(of[0])) continue;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const PlyProperty* p = vertex->find(of[k]);
+                if (!p || p->list) fail(fmt::format("the property \"{}\"", of[k]), "none");
+                if (k > 0 && p->type != vertex->find(of[0])->type)
+                    fail("colours of one type", "several");
+                c.rgb[k].at = int(p - vertex->properties.data());
+                c.rgb_unit = p->type == PlyType::u8 ? 255 : p->type == PlyType::u16 ? 65535 : 1;
+                if (p->type < PlyType::f16 && c.rgb_unit == 1)
+                    fail("uchar, ushort or floats for colours", "other whole numbers");
+            }
+            return;
+        }
+    }
+
     Column required(const std::string& name) const
     {
         const Column column = found(name);
@@ -95,13 +125,6 @@ class Header {
     const std::string& path;
 };
 
-bool says_antialiased(const PlyFile& header)
-{
-    for (const std::string& comment : header.comments)
-        if (comment == "SplatRenderMode: mip" || comment == "antialiased 1") return true;
-    return false;
-}
-
 template <std::size_t n>
 std::array<double, n> taken(const std::array<Column, n>& columns, const double* row)
 {
@@ -111,15 +134,141 @@ std::array<double, n> taken(const std::array<Column, n>& columns, const double* 
     return values;
 }
 
+// Mip-Splatting stores the filter of its training apart: each half axis grows to sqrt(s^2 + f^2),
+// and the opacity shrinks by the ratio of the volumes.  [Yu 2024]
+void apply_filter(RawSplat& raw, double f, bool flat)
+{
+    double ratio = 1;
+    const auto grow = [&](double& s) {
+        const double grown = std::hypot(s, f);
+        if (grown > 0) ratio *= s / grown;
+        s = grown;
+    };
+    grow(raw.scale.x), grow(raw.scale.y);
+    if (!flat) grow(raw.scale.z);
+    raw.opacity *= ratio;
+}
+
 RawSplat raw_splat(const Columns& c, const double* row)
 {
     const auto x = taken(c.centre, row), s = taken(c.scale, row);
     const auto q = taken(c.rotation, row);
-    const double third = c.scale[2].at < 0 ? 0 : std::exp(s[2]);
-    return {{x[0], x[1], x[2]},
-            {std::exp(s[0]), std::exp(s[1]), third},
-            {q[0], q[1], q[2], q[3]},
-            1 / (1 + std::exp(-c.opacity.of(row)))};
+    const bool flat = !c.scale[2].there();
+    RawSplat raw{{x[0], x[1], x[2]},
+                 {std::exp(s[0]), std::exp(s[1]), flat ? 0 : std::exp(s[2])},
+                 {q[0], q[1], q[2], q[3]},
+                 1 / (1 + std::exp(-c.opacity.of(row)))};
+    if (c.filter.there()) apply_filter(raw, c.filter.of(row), flat);
+    return raw;
+}
+
+// Coefficient of degree 0.
+Vec3<double> colour_of(const Columns& c, const double* row)
+{
+    if (!c.rgb[0].there()) {
+        const auto dc = taken(c.dc, row);
+        return {dc[0], dc[1], dc[2]};
+    }
+    const auto rgb = taken(c.rgb, row);
+    const auto dc = [&](std::size_t k) { return (rgb[k] / c.rgb_unit - 0.5) / sh_constant; };
+    return {dc(0), dc(1), dc(2)};
+}
+
+// What the stored numbers of all splats together say about their meaning.
+class Ranges {
+  public:
+    void add(const Columns& c, const double* row)
+    {
+        ++count;
+        const double a = c.opacity.of(row);
+        least_opacity = std::min(least_opacity, a), most_opacity = std::max(most_opacity, a);
+        for (const Column& s : c.scale)
+            if (s.there()) least_scale = std::min(least_scale, s.of(row));
+        if (c.rgb[0].there())
+            for (const double v : taken(c.rgb, row)) most_colour = std::max(most_colour, v);
+    }
+
+    // Activated values that were stored without the logarithm and the logit. As logits, opacities
+    // that all lie in 0 to 1 would show as 0.5 to 0.73, which no trained scene has; as logarithms,
+    // scales that all are positive would show larger than the scene. A scene in millimetres is not
+    // among them.
+    std::vector<std::string> linear(const SplatCloud& cloud) const
+    {
+        std::vector<std::string> notes;
+        if (count < least_for_hints) return notes;
+        if (least_opacity >= 0 && most_opacity <= 1)
+            notes.push_back(
+                "every opacity lies in 0 to 1: are they stored linearly? Here they are read as "
+                "logits");
+        if (least_scale >= 0 && looks_linear(cloud))
+            notes.push_back(
+                "every scale is positive and most reach through the scene: are they stored "
+                "linearly? Here they are read as logarithms");
+        return notes;
+    }
+
+    double most_colour = 0;
+
+  private:
+    static constexpr std::size_t least_for_hints = 100;
+
+    static bool looks_linear(const SplatCloud& cloud)
+    {
+        std::vector<float> longest;
+        Vec3<float> low = cloud.centre.at(0), high = low;
+        for (std::size_t i = 0; i < cloud.count(); ++i) {
+            const Vec3<float> s = cloud.scale[i], x = cloud.centre[i];
+            longest.push_back(max(s.x, max(s.y, s.z)));
+            low = {min(low.x, x.x), min(low.y, x.y), min(low.z, x.z)};
+            high = {max(high.x, x.x), max(high.y, x.y), max(high.z, x.z)};
+        }
+        const auto middle = longest.begin() + std::ptrdiff_t(longest.size() / 2);
+        std::nth_element(longest.begin(), middle, longest.end());
+        const double tenth = 0.1 * length(cast<double>(high) - cast<double>(low));
+        return *middle > tenth && std::log(double(*middle)) < tenth;
+    }
+
+    std::size_t count = 0;
+    double least_opacity = std::numeric_limits<double>::infinity(), most_opacity = -least_opacity,
+           least_scale = least_opacity;
+};
+
+// Notes of a whole file; float colours beyond 1 turn out to be 0 to 255.
+void add_notes(SplatFile& file, const Columns& c, const Ranges& ranges, const PlyElement& vertex)
+{
+    const auto note = [&](const std::string& text) { file.notes.push_back(text); };
+    if (c.rgb[0].there()) {
+        note(fmt::format("colours are read from {}",
+                         vertex.properties[std::size_t(c.rgb[0].at)].name == "r"
+                             ? "r, g, b"
+                             : "red, green, blue"));
+        if (c.rgb_unit == 1 && ranges.most_colour > 1.5) {
+            const auto stride = std::size_t(harmonics(file.cloud.degree));
+            const auto rescaled = [](float dc) {
+                return float(((double(dc) * sh_constant + 0.5) / 255 - 0.5) / sh_constant);
+            };
+            for (std::size_t i = 0; i < file.cloud.count(); ++i) {
+                Vec3<float>& dc = file.cloud.sh[i * stride];
+                dc = {rescaled(dc.x), rescaled(dc.y), rescaled(dc.z)};
+            }
+            note("colours reach above 1: they are read as 0 to 255");
+        }
+    } else if (!c.dc[0].there()) {
+        note("no colours: splats are grey");
+    }
+    if (!c.scale[2].there()) note("no third half axis: splats are flat discs");
+    if (c.filter.there())
+        note("filter_3D is applied to half axes and opacities; splats are marked as antialiased");
+    for (const std::string& text : ranges.linear(file.cloud)) note(text);
+    const std::vector<std::string> unknown = unknown_properties(vertex);
+    if (unknown.empty()) return;
+    constexpr std::size_t most_named = 12;
+    std::string names;
+    for (std::size_t k = 0; k < std::min(unknown.size(), most_named); ++k)
+        names += (k > 0 ? ", " : "") + unknown[k].substr(0, 40);
+    if (unknown.size() > most_named)
+        names += fmt::format(" and {} more", unknown.size() - most_named);
+    note("properties that are not understood and left out: " + names);
 }
 
 // Finite limit of logarithms and logits that floats read back as exactly 0 (or 1 for an opacity):
@@ -157,31 +306,37 @@ std::string header_for(const SplatCloud& cloud)
 bool holds_splats(const PlyFile& ply)
 {
     const PlyElement* vertex = ply.find("vertex");
-    return vertex && vertex->find("scale_0") && vertex->find("rot_0") && vertex->find("opacity");
+    return holds_compressed_splats(ply) || ply.find("codebook_centers") ||
+           (vertex && vertex->find("scale_0") && vertex->find("rot_0") && vertex->find("opacity"));
 }
 
 SplatFile parse_splat_ply(const std::string& bytes, const std::string& path)
 {
     const PlyFile ply = parse_ply_header(bytes, path);
+    if (holds_compressed_splats(ply)) return parse_compressed_ply(bytes, path);
+    refuse_other_kernels(ply, path);
     const Header header(ply, path);
     const Columns c = header.columns();
     const std::size_t of_channel = c.rest.size() / 3;
     SplatGather gather("ply", c.degree);
-    gather.file.cloud.antialiased = says_antialiased(ply);
-    parse_ply_rows(bytes, path, "vertex", [&](std::size_t i, const double* row) {
-        // Reserved only now, when the file is known to be long enough.
-        if (i == 0) gather.reserve(header.vertex->rows);
-        gather.add(raw_splat(c, row), [&](int k) -> Vec3<double> {
-            if (k == 0) {
-                const auto dc = taken(c.dc, row);
-                return {dc[0], dc[1], dc[2]};
-            }
-            const std::size_t at = std::size_t(k - 1);
-            return {c.rest[at].of(row), c.rest[of_channel + at].of(row),
-                    c.rest[2 * of_channel + at].of(row)};
+    gather.file.cloud.antialiased = says_antialiased(ply) || c.filter.there();
+    Ranges ranges;
+    const PlyFile others =
+        parse_ply_rows(bytes, path, "vertex", [&](std::size_t i, const double* row) {
+            // Reserved only now, when the file is known to be long enough.
+            if (i == 0) gather.reserve(header.vertex->rows);
+            ranges.add(c, row);
+            gather.add(raw_splat(c, row), [&](int k) -> Vec3<double> {
+                if (k == 0) return colour_of(c, row);
+                const std::size_t at = std::size_t(k - 1);
+                return {c.rest[at].of(row), c.rest[of_channel + at].of(row),
+                        c.rest[2 * of_channel + at].of(row)};
+            });
         });
-    });
-    return gather.gathered(path);
+    SplatFile file = gather.gathered(path);
+    add_notes(file, c, ranges, *header.vertex);
+    for (const std::string& text : dialect_notes(others)) file.notes.push_back(text);
+    return file;
 }
 
 std::string splat_ply_bytes(const SplatCloud& cloud)

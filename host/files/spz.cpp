@@ -1,6 +1,8 @@
-// SPZ, packed splats, versions 2 and 3: a header followed by quantised arrays, compressed by gzip.
+// SPZ, packed splats: a header followed by quantised arrays, versions 1 to 3 compressed together by
+// gzip, version 4 each by Zstandard behind a header in the open.
 // After the description of the format by Niantic Labs (github.com/nianticlabs/spz).
 #include <fmt/format.h>
+#include <zstd.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +13,7 @@
 
 #include "host/base/errors.h"
 #include "host/files/gzip.h"
+#include "host/files/splat_axes.h"
 #include "host/files/splat_gather.h"
 
 namespace knead {
@@ -24,35 +27,47 @@ struct SpzHeader {
     std::uint8_t degree;
     std::uint8_t fraction_bits;  // for centres
     std::uint8_t flags;
-    std::uint8_t zero;
+    std::uint8_t streams;  // version 4; 0 before
 };
 static_assert(sizeof(SpzHeader) == 16);
-constexpr int antialiased_flag = 1, extensions_flag = 2;
+// Version 4: where the table of streams begins, and zeros.
+struct SpzTail {
+    std::uint32_t table;
+    std::uint8_t zeros[12];
+};
+static_assert(sizeof(SpzTail) == 16);
+constexpr std::size_t header_4 = sizeof(SpzHeader) + sizeof(SpzTail);
+struct SpzStream {
+    std::uint64_t packed, unpacked;  // [bytes]
+};
+constexpr int antialiased_flag = 1, extensions_flag = 2, detail_flag = 0x80;
 constexpr int max_fraction_bits = 23;
 constexpr int spz_max_degree = 4;
 // Decompression limit: content larger than this and than this multiple of the file is rejected as a
 // decompression bomb.
 constexpr std::size_t unpacked_anyway = 64 << 20, unpacked_ratio = 100;
-constexpr std::size_t max_extensions = 1 << 20;                // bytes
-constexpr std::uint32_t coordinate_extension = 0xadbe0003u;    // other axes than the default
+constexpr std::size_t max_extensions = 1 << 20;              // bytes
+constexpr std::uint32_t coordinate_extension = 0xadbe0003u;  // the axes of what is stored
+constexpr std::uint32_t right_up_back = 4, most_systems = 16;
 constexpr double colour_gain = 0.15;                           // of a coefficient of degree 0
 constexpr double log_scale_steps = 16, log_scale_least = -10;  // half axes: e^(byte / 16 - 10)
 constexpr double quaternion_step = 1 / (511 * std::numbers::sqrt2);
 
 // Bytes per splat of each array, in file order.
 struct Sizes {
-    std::size_t centre = 9, opacity = 1, colour = 3, scale = 3, rotation, sh;
+    std::size_t centre, opacity = 1, colour = 3, scale = 3, rotation, sh;
     std::size_t all() const { return centre + opacity + colour + scale + rotation + sh; }
 };
 
 Sizes sizes(int version, int degree)
 {
-    return {.rotation = version >= 3 ? std::size_t(4) : 3,
+    return {.centre = version == 1 ? std::size_t(6) : 9,
+            .rotation = version >= 3 ? std::size_t(4) : 3,
             .sh = 3 * std::size_t(harmonics(degree) - 1)};
 }
 
-// The format's axes are right, up, back; those of clouds right, down, forward: a rotation by 180
-// degrees about x, which negates y, z, and these harmonics.
+// The axes that files are written in are right, up, back; those of clouds right, down, forward: a
+// rotation by 180 degrees about x, which negates y, z, and these harmonics.
 constexpr double sh_sign[] = {1, -1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1};
 
 double centre_part(const std::uint8_t* at, int fraction_bits)
@@ -129,13 +144,12 @@ SpzHeader checked_header(const std::string& start, const std::string& path, std:
     SpzHeader h;
     std::memcpy(&h, start.data(), sizeof h);
     if (std::memcmp(h.mark, "NGSP", 4) != 0) fail(path, "\"NGSP\" first", "something else");
-    if (h.version != 2 && h.version != 3)
-        fail(
-            path, "version 2 or 3",
-            fmt::format("{}{}", h.version, h.version == 4 ? ", which is packed by Zstandard" : ""));
+    if (h.version < 1 || h.version > 4) fail(path, "version 1 to 4", std::to_string(h.version));
     if (h.degree > spz_max_degree) fail(path, "harmonics up to degree 4", std::to_string(h.degree));
     if (h.fraction_bits > max_fraction_bits)
         fail(path, "at most 23 bits of fraction", std::to_string(h.fraction_bits));
+    if (h.flags & detail_flag)
+        fail(path, "splats of one level of detail", "a tree of levels (flag 128)");
     const std::size_t each = sizes(int(h.version), h.degree).all();
     if (h.count > (most - sizeof h) / each)
         fail(path, fmt::format("{} splats of {} bytes", h.count, each),
@@ -143,28 +157,39 @@ SpzHeader checked_header(const std::string& start, const std::string& path, std:
     return h;
 }
 
-// Checks the records of type, length, content.
-void check_extensions(const std::string& all, std::size_t at, const std::string& path)
+// The coordinate system that the records of type, length, content name; 0: none. Other records are
+// passed over.
+std::uint32_t named_axes(std::string_view records, const std::string& path)
 {
-    while (at < all.size()) {
+    std::uint32_t system = 0;
+    for (std::size_t at = 0; at < records.size();) {
         std::uint32_t record[2];
-        if (all.size() - at < sizeof record)
+        if (records.size() - at < sizeof record)
             fail(path, "an extension's type and length", "the end of the file");
-        std::memcpy(record, all.data() + at, sizeof record);
+        std::memcpy(record, records.data() + at, sizeof record);
         at += sizeof record;
-        if (record[1] > all.size() - at)
+        if (record[1] > records.size() - at)
             fail(path, fmt::format("an extension of {} bytes", record[1]),
-                 fmt::format("{} bytes left", all.size() - at));
-        if (record[0] == coordinate_extension)
-            fail(path, "axes that point right, up and back", "an extension that names others");
+                 fmt::format("{} bytes left", records.size() - at));
+        if (record[0] == coordinate_extension) {
+            if (record[1] != sizeof system)
+                fail(path, "a coordinate record of 4 bytes", std::to_string(record[1]));
+            std::memcpy(&system, records.data() + at, sizeof system);
+            if (system > most_systems)
+                fail(path, "a coordinate system from 1 to 16", std::to_string(system));
+        }
         at += record[1];
     }
+    return system;
 }
 
-SplatFile unpacked(const std::string& all, const SpzHeader& h, const std::string& path)
+// `arrays`: those of all splats, back to back. `system`: 0 for that of the format.
+SplatFile unpacked(std::string_view arrays, const SpzHeader& h, std::uint32_t system,
+                   const std::string& path)
 {
+    const SplatAxes axes(spz_axes(system == 0 ? right_up_back : system));
     const Sizes size = sizes(int(h.version), h.degree);
-    const auto* at = reinterpret_cast<const std::uint8_t*>(all.data()) + sizeof h;
+    const auto* at = reinterpret_cast<const std::uint8_t*>(arrays.data());
     const auto next = [&](std::size_t each) {
         const std::uint8_t* array = at;
         at += each * h.count;
@@ -178,29 +203,91 @@ SplatFile unpacked(const std::string& all, const SpzHeader& h, const std::string
     gather.file.cloud.antialiased = h.flags & antialiased_flag;
     for (std::size_t i = 0; i < h.count; ++i) {
         const auto x = [&](std::size_t k) {
-            return centre_part(centre + 9 * i + 3 * k, h.fraction_bits);
+            if (h.version > 1) return centre_part(centre + 9 * i + 3 * k, h.fraction_bits);
+            std::uint16_t half;
+            std::memcpy(&half, centre + 6 * i + 2 * k, sizeof half);
+            return half_number(half);
         };
         const auto s = [&](std::size_t k) {
             return std::exp(scale[3 * i + k] / log_scale_steps + log_scale_least);
         };
         const std::uint8_t* packed = rotation + size.rotation * i;
         const Quat<double> q = h.version >= 3 ? smallest_three(packed) : first_three(packed);
-        const auto coefficient = [&](int k) -> Vec3<double> {
+        const auto stored = [&](int k) -> Vec3<double> {
             const std::uint8_t* c = k == 0 ? colour + 3 * i : sh + size.sh * i + 3 * (k - 1);
             if (k == 0) {
                 const auto dc = [&](int n) { return (double(c[n]) / 255 - 0.5) / colour_gain; };
                 return {dc(0), dc(1), dc(2)};
             }
-            const auto part = [&](int n) { return sh_sign[k] * (double(c[n]) - 128) / 128; };
+            const auto part = [&](int n) { return (double(c[n]) - 128) / 128; };
             return {part(0), part(1), part(2)};
         };
-        gather.add({{x(0), 0 - x(1), 0 - x(2)},  // never -0
-                    {s(0), s(1), s(2)},
-                    {q.w, q.x, -q.y, -q.z},
-                    double(opacity[i]) / 255},
-                   coefficient);
+        gather.add({axes.place({x(0), x(1), x(2)}), axes.half_axes({s(0), s(1), s(2)}),
+                    axes.turn(q), double(opacity[i]) / 255},
+                   [&](int k) { return axes.coefficient(k, stored); });
     }
     return gather.gathered(path);
+}
+
+// The arrays of version 4, from a Zstandard frame each. Sizes are known from the header, and each
+// frame is unpacked into exactly as many bytes.
+std::string unpacked_streams(const std::string& bytes, const SpzHeader& h, std::size_t table,
+                             const std::string& path)
+{
+    const Sizes size = sizes(4, h.degree);
+    std::vector<std::size_t> expected;
+    for (const std::size_t each :
+         {size.centre, size.opacity, size.colour, size.scale, size.rotation, size.sh})
+        if (each > 0) expected.push_back(each * h.count);
+    if (h.streams != expected.size())
+        fail(path, fmt::format("{} streams at degree {}", expected.size(), h.degree),
+             std::to_string(h.streams));
+    if (table > bytes.size() || (bytes.size() - table) / sizeof(SpzStream) < expected.size())
+        fail(path, "a table of streams inside the file", fmt::format("one at byte {}", table));
+    std::string all(size.all() * h.count, '\0');
+    std::size_t to = 0, from = table + expected.size() * sizeof(SpzStream);
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+        SpzStream stream;
+        std::memcpy(&stream, bytes.data() + table + k * sizeof stream, sizeof stream);
+        if (stream.unpacked != expected[k])
+            fail(path, fmt::format("stream {} of {} bytes", k + 1, expected[k]),
+                 std::to_string(stream.unpacked));
+        if (stream.packed > bytes.size() - from)
+            fail(path, fmt::format("stream {} of {} packed bytes", k + 1, stream.packed),
+                 fmt::format("{} bytes left", bytes.size() - from));
+        const std::size_t got =
+            ZSTD_decompress(all.data() + to, expected[k], bytes.data() + from, stream.packed);
+        if (ZSTD_isError(got) || got != expected[k])
+            fail(path, fmt::format("stream {} to unpack to {} bytes", k + 1, expected[k]),
+                 ZSTD_isError(got) ? ZSTD_getErrorName(got) : std::to_string(got));
+        from += stream.packed, to += expected[k];
+    }
+    if (from != bytes.size())
+        fail(path, "the end of the file", fmt::format("{} bytes more", bytes.size() - from));
+    return all;
+}
+
+SplatFile parse_spz_4(const std::string& bytes, const SpzHeader& h, const std::string& path)
+{
+    SpzTail tail;
+    if (bytes.size() < header_4) fail(path, "a header of 32 bytes", std::to_string(bytes.size()));
+    std::memcpy(&tail, bytes.data() + sizeof(SpzHeader), sizeof tail);
+    if (tail.table < header_4 || tail.table > bytes.size())
+        fail(path, "a table of streams behind the header", fmt::format("byte {}", tail.table));
+    std::uint32_t system = 0;
+    if (h.flags & extensions_flag) {
+        const std::size_t size = std::min(tail.table - header_4, max_extensions + 1);
+        if (size > max_extensions)
+            fail(path, fmt::format("extensions of at most {} bytes", max_extensions),
+                 std::to_string(tail.table - header_4));
+        system = named_axes(std::string_view(bytes).substr(header_4, size), path);
+    }
+    SplatFile file = unpacked(unpacked_streams(bytes, h, tail.table, path), h, system, path);
+    if (system == 0)
+        file.notes.push_back(
+            "no record of its axes: read as right, up, back, as the format has them; if the object "
+            "stands on its head, its program kept right, down, front: set `up` to \"y\"");
+    return file;
 }
 
 // Number of fraction bits: as many as the range of the centres allows, but with steps no finer than
@@ -230,9 +317,16 @@ bool begins_spz(const std::string& start)
 SplatFile parse_spz(const std::string& bytes, const std::string& path)
 {
     const bool packed = begins_gzip(bytes);
-    const SpzHeader h = checked_header(
-        packed ? gunzipped_start(bytes, sizeof(SpzHeader)) : bytes, path,
-        packed ? std::max(unpacked_anyway, unpacked_ratio * bytes.size()) : bytes.size());
+    // The limit of a header in the open is known with its version.
+    const bool open_3 = !packed && bytes.size() > 4 && bytes[4] < 4;
+    const SpzHeader h =
+        checked_header(packed ? gunzipped_start(bytes, sizeof(SpzHeader)) : bytes, path,
+                       open_3 ? std::max(bytes.size(), sizeof(SpzHeader))
+                              : std::max(unpacked_anyway, unpacked_ratio * bytes.size()));
+    if (h.version == 4) {
+        if (packed) fail(path, "version 4 in the open", "a gzip stream around it");
+        return parse_spz_4(bytes, h, path);
+    }
     const std::size_t end = sizeof h + h.count * sizes(int(h.version), h.degree).all();
     const bool extended = h.flags & extensions_flag;
     const std::size_t most = end + (extended ? max_extensions : 0);
@@ -241,9 +335,86 @@ SplatFile parse_spz(const std::string& bytes, const std::string& path)
     if (all.size() < end || all.size() > most)
         fail(path, fmt::format("{} splats in {} bytes", h.count, end),
              fmt::format("{} bytes", all.size()));
-    if (extended) check_extensions(all, end, path);
-    return unpacked(all, h, path);
+    const std::string_view whole = all;
+    const std::uint32_t system = extended ? named_axes(whole.substr(end), path) : 0;
+    return unpacked(whole.substr(sizeof h, end - sizeof h), h, system, path);
 }
+
+namespace {
+
+// The arrays of a file, in file order, in its axes.
+std::vector<std::string> packed_arrays(const SplatCloud& cloud, const SpzHeader& h)
+{
+    const Sizes size = sizes(int(h.version), cloud.degree);
+    const std::size_t n = cloud.count(), stride = std::size_t(harmonics(cloud.degree));
+    std::vector<std::string> arrays(6);
+    const auto begin = [&](std::size_t k, std::size_t each) { arrays[k].reserve(n * each); };
+    const auto put = [](std::string& to, double value) { to.push_back(char(byte(value))); };
+    begin(0, size.centre);
+    const auto put_centre = [&](double x) {
+        const auto whole = std::uint32_t(std::lround(std::ldexp(x, h.fraction_bits)));
+        for (int shift : {0, 8, 16}) arrays[0].push_back(char(whole >> shift));
+    };
+    for (const Vec3<float>& x : cloud.centre) put_centre(x.x), put_centre(-x.y), put_centre(-x.z);
+    begin(1, size.opacity);
+    for (float a : cloud.opacity) put(arrays[1], 255 * double(a));
+    begin(2, size.colour);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vec3<float> dc = cloud.sh[i * stride];
+        for (float c : {dc.x, dc.y, dc.z}) put(arrays[2], 255 * (colour_gain * double(c) + 0.5));
+    }
+    begin(3, size.scale);
+    for (const Vec3<float>& s : cloud.scale)
+        for (float part : {s.x, s.y, s.z})
+            put(arrays[3], log_scale_steps * (std::log(double(part)) - log_scale_least));
+    begin(4, size.rotation);
+    for (const Quat<float>& r : cloud.rotation) {
+        const Quat<double> q{r.w, r.x, -double(r.y), -double(r.z)};
+        const auto bytes = h.version >= 3 ? packed_smallest(q) : packed_first(q);
+        arrays[4].append(reinterpret_cast<const char*>(bytes.data()), size.rotation);
+    }
+    begin(5, size.sh);
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t k = 1; k < stride; ++k) {
+            const Vec3<float> c = cloud.sh[i * stride + k];
+            for (float part : {c.x, c.y, c.z})
+                put(arrays[5], 128 + 128 * sh_sign[k] * double(part));
+        }
+    if (arrays.back().empty()) arrays.pop_back();
+    return arrays;
+}
+
+template <class T>
+void add_bytes(std::string& bytes, const T& value)
+{
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+// With a record of the axes, since many files of this version have others.
+std::string spz_4_bytes(std::vector<std::string> arrays, SpzHeader h)
+{
+    h.streams = std::uint8_t(arrays.size()), h.flags |= extensions_flag;
+    constexpr std::uint32_t record[3] = {coordinate_extension, 4, right_up_back};
+    std::string out;
+    add_bytes(out, h);
+    add_bytes(out, SpzTail{header_4 + sizeof record, {}});
+    add_bytes(out, record);
+    std::vector<std::string> frames;
+    for (std::string& array : arrays) {
+        std::string frame(ZSTD_compressBound(array.size()), '\0');
+        const std::size_t size = ZSTD_compress(frame.data(), frame.size(), array.data(),
+                                               array.size(), ZSTD_CLEVEL_DEFAULT);
+        if (ZSTD_isError(size)) throw std::bad_alloc();  // nothing else can go wrong
+        frame.resize(size), frame.shrink_to_fit();
+        add_bytes(out, SpzStream{size, array.size()});
+        array = {};
+        frames.push_back(std::move(frame));
+    }
+    for (const std::string& frame : frames) out += frame;
+    return out;
+}
+
+}  // namespace
 
 std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int version)
 {
@@ -257,34 +428,12 @@ std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int vers
                       std::uint8_t(fraction_bits_for(cloud, path)),
                       std::uint8_t(cloud.antialiased ? antialiased_flag : 0),
                       0};
-    std::string out(reinterpret_cast<const char*>(&h), sizeof h);
-    const Sizes size = sizes(version, cloud.degree);
-    out.reserve(out.size() + cloud.count() * size.all());
-    const auto put = [&](double value) { out.push_back(char(byte(value))); };
-    const auto put_centre = [&](double x) {
-        const auto whole = std::uint32_t(std::lround(std::ldexp(x, h.fraction_bits)));
-        for (int shift : {0, 8, 16}) out.push_back(char(whole >> shift));
-    };
-    for (const Vec3<float>& x : cloud.centre) put_centre(x.x), put_centre(-x.y), put_centre(-x.z);
-    for (float a : cloud.opacity) put(255 * double(a));
-    const std::size_t stride = std::size_t(harmonics(cloud.degree));
-    for (std::size_t i = 0; i < cloud.count(); ++i) {
-        const Vec3<float> dc = cloud.sh[i * stride];
-        for (float c : {dc.x, dc.y, dc.z}) put(255 * (colour_gain * double(c) + 0.5));
-    }
-    for (const Vec3<float>& s : cloud.scale)
-        for (float part : {s.x, s.y, s.z})
-            put(log_scale_steps * (std::log(double(part)) - log_scale_least));
-    for (const Quat<float>& r : cloud.rotation) {
-        const Quat<double> q{r.w, r.x, -double(r.y), -double(r.z)};
-        const auto bytes = version >= 3 ? packed_smallest(q) : packed_first(q);
-        out.append(reinterpret_cast<const char*>(bytes.data()), size.rotation);
-    }
-    for (std::size_t i = 0; i < cloud.count(); ++i)
-        for (std::size_t k = 1; k < stride; ++k) {
-            const Vec3<float> c = cloud.sh[i * stride + k];
-            for (float part : {c.x, c.y, c.z}) put(128 + 128 * sh_sign[k] * double(part));
-        }
+    std::vector<std::string> arrays = packed_arrays(cloud, h);
+    if (version == 4) return spz_4_bytes(std::move(arrays), h);
+    std::string out;
+    add_bytes(out, h);
+    out.reserve(out.size() + cloud.count() * sizes(version, cloud.degree).all());
+    for (std::string& array : arrays) out += array, array = {};
     return gzipped(out);
 }
 

@@ -286,8 +286,7 @@ ObjectNumbers numbers_in(const Json& value, const std::string& file)
             const auto in = [&](std::size_t i, std::uint64_t low, std::uint64_t end) {
                 return one[i].is_number_integer() && one[i] >= low && one[i] < end;
             };
-            bool known =
-                one.is_array() && !one.empty() && in(0, 1, std::uint64_t(highest_id) + 1);
+            bool known = one.is_array() && !one.empty() && in(0, 1, std::uint64_t(highest_id) + 1);
             std::vector<int> all;
             for (std::size_t i = 1; known && i < one.size(); ++i) {
                 known = in(i, 0, numbers.materials.size()) && seen.insert(one[i].get<int>()).second;

@@ -37,6 +37,15 @@ DroppedKind kind_of(FileKind kind)
     return DroppedKind::other;
 }
 
+DroppedKind kind_of_glb(const std::string& path)
+{
+    try {
+        if (file_kind(path) == FileKind::splats) return DroppedKind::splats;
+    } catch (const InputError&) {  // has another ending
+    }
+    return DroppedKind::mesh;
+}
+
 // A scene that does not end in .json.
 bool holds_scene(const std::string& path)
 {
@@ -107,7 +116,7 @@ DroppedKind dropped_kind(const std::string& path)
     std::error_code problem;
     if (fs::is_directory(path, problem)) throw InputError(path + ": is a folder");
     const std::string start = read_start(path, 6);
-    if (start.starts_with("glTF")) return DroppedKind::mesh;
+    if (start.starts_with("glTF")) return kind_of_glb(path);
     if (const auto first = start.find_first_not_of(" \t\r\n");
         first != std::string::npos && (start[first] == '{' || start[first] == '/')) {
         if (holds_scene(path)) return DroppedKind::scene;
@@ -132,7 +141,7 @@ std::string refusal_of(DroppedKind kind)
         case DroppedKind::other:
             break;
     }
-    return "expected a scene (.json), a session (.knead) or splats (.ply, .spz, .splat)";
+    return "expected a scene (.json), a session (.knead) or splats (.ply, .spz, .sog, ...)";
 }
 
 std::variant<Command, Refusal> command_for_file(const std::string& path, const LiveState& state)

@@ -15,6 +15,7 @@ const std::vector<std::pair<std::string, std::string>>& formats()
         {".obj", "OBJ: any modelling program"},
         {".ply", "PLY: MeshLab; splats: SuperSplat"},
         {".spz", "SPZ: splats, small"},
+        {".sog", "SOG: splats, small, PlayCanvas"},
         {".splat", "splat: splats for browsers"}};
     return all;
 }

@@ -35,7 +35,8 @@ refuses 2 "need --out DIR" run ball.json --pictures 3
 refuses 2 "need --out DIR" run ball.json --mesh-every 2
 refuses 2 '--mesh: expected glb, ply, obj, stl or none, found "fbx"' run ball.json --mesh fbx
 refuses 2 "--mesh-every needs another --mesh" run ball.json --out r --mesh none --mesh-every 2
-refuses 2 '--splats: expected ply, splat, spz, glb or none' run ball.json --splats png
+refuses 2 '--splats: expected ply, compressed.ply, splat, spz, sog, glb or none' run ball.json \
+    --splats png
 refuses 2 'the scene has no "hands" to replace' run still.json --hands hands.hands
 refuses 2 '--device: expected auto' run ball.json --device gpu
 refuses 2 '--device: expected auto' run ball.json --device cuda:x

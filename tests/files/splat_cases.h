@@ -140,4 +140,41 @@ struct SpzByHand {
     }
 };
 
+// .ksplat, by the description of the format: one section of degree 1, with a full bucket of one
+// splat and a partial one of two.
+inline std::string ksplat_of_level(int level)
+{
+    std::string bytes(4096 + 1024, '\0');
+    const auto put = [&](std::size_t at, auto value) {
+        std::copy_n(reinterpret_cast<const char*>(&value), sizeof value, bytes.data() + at);
+    };
+    put(1, std::uint8_t(1));
+    put(4, std::uint32_t(1)), put(12, std::uint32_t(3)), put(16, std::uint32_t(3));
+    put(20, std::uint16_t(level));
+    const std::size_t s = 4096;
+    put(s, std::uint32_t(3)), put(s + 4, std::uint32_t(3)), put(s + 8, std::uint32_t(1));
+    put(s + 12, std::uint32_t(2)), put(s + 16, 5.0f), put(s + 20, std::uint16_t(12));
+    put(s + 32, std::uint32_t(1)), put(s + 36, std::uint32_t(1)), put(s + 40, std::uint16_t(1));
+    bytes += bytes_of(std::vector<std::uint32_t>{2});  // length of the partial bucket
+    bytes += bytes_of(std::vector<float>{10, 20, 30, -1, -2, -3});
+    for (int i = 0; i < 3; ++i) {
+        const auto reals = [&](const std::vector<float>& floats,
+                               const std::vector<std::uint16_t>& halves) {
+            bytes += level == 0 ? bytes_of(floats) : bytes_of(halves);
+        };
+        // 32767 is the bucket's centre, 65534 half a block beyond.
+        reals({float(i), 2, 3}, {32767, 65534, 0});
+        reals({1, 2, 0.5f}, {0x3c00, 0x4000, 0x3800});
+        reals({0, 1, 0, 0}, {0, 0x3c00, 0, 0});  // about x
+        bytes += bytes_of(std::vector<std::uint8_t>{255, 0, 51, 204});
+        // Red: 1, 2, 0.5; green: 0; blue: -1.
+        if (level == 2)
+            bytes += bytes_of(std::vector<std::uint8_t>{212, 255, 170, 128, 128, 128, 43, 43, 43});
+        else
+            reals({1, 2, 0.5f, 0, 0, 0, -1, -1, -1},
+                  {0x3c00, 0x4000, 0x3800, 0, 0, 0, 0xbc00, 0xbc00, 0xbc00});
+    }
+    return bytes;
+}
+
 }  // namespace knead

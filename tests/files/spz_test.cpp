@@ -62,6 +62,7 @@ TEST(Spz, ExtensionsArePassedOverUnlessTheyNameOtherAxes)
     SpzByHand by_hand{.flags = 2};
     by_hand.behind = record(0xadbe0002u, 12, std::string(12, 'x')) + record(7, 0, "");
     expect_spz_by_hand(parse_spz(gzipped(by_hand.bytes()), "e.spz"), 3);
+    // System 0x64636261.
     for (const std::string& behind : {record(0xadbe0003u, 4, "abcd"), record(7, 5, "abcd"),
                                       record(7, 0xffffffffu, ""), std::string("abc")}) {
         by_hand.behind = behind;
@@ -74,8 +75,10 @@ TEST(Spz, OtherVersionsAndAbsurdHeadersSayWhy)
     const auto said = [](const SpzByHand& by_hand) {
         return reason<InputError>([&] { parse_spz(gzipped(by_hand.bytes()), "f.spz"); });
     };
-    EXPECT_NE(said({.version = 4}).find("Zstandard"), std::string::npos);
-    EXPECT_NE(said({.version = 1}).find("version"), std::string::npos);
+    EXPECT_NE(said({.version = 4}).find("in the open"), std::string::npos);
+    EXPECT_NE(said({.version = 0}).find("version 1 to 4"), std::string::npos);
+    EXPECT_NE(said({.version = 5}).find("version 1 to 4"), std::string::npos);
+    EXPECT_NE(said({.flags = 0x80}).find("tree of levels"), std::string::npos);
     EXPECT_NE(said({.degree = 5}).find("degree"), std::string::npos);
     EXPECT_NE(said({.fraction_bits = 24}).find("fraction"), std::string::npos);
     EXPECT_NE(said({.count = 0xffffffffu}).find("4294967295 splats"), std::string::npos);
@@ -119,7 +122,7 @@ TEST(Spz, TheSignsOfHarmonicsAreThoseOfAHalfTurn)
 
 TEST(Spz, WhatIsWrittenIsReadWithinItsSteps)
 {
-    for (int version : {2, 3})
+    for (int version : {2, 3, 4})
         for (int degree = 0; degree <= 3; ++degree) {
             SplatCloud cloud = drawn(500, degree, 4);
             cloud.antialiased = degree % 2;
