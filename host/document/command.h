@@ -47,12 +47,27 @@ struct SetFlags {
     ObjectRef object;
     std::optional<bool> locked, hidden;
 };
+struct SetColour {
+    std::vector<ObjectRef> objects;
+    std::optional<Vec3<double>> colour;  // sRGB, 0 to 1; absent: that of their category
+};
 // Copies have the full state of their objects' clay, and its splats.
 struct CopyObjects {
     std::vector<ObjectRef> objects;
     Vec3<double> by{};               // [m]
     std::vector<std::string> names;  // of the first copies; the others: "NAME copy"
     std::vector<ObjectId> ids;       // of the copies; empty: new ones are given to them
+};
+// Rigid motion of several objects as one: turned about a point, then displaced.
+struct MoveObjects {
+    std::vector<ObjectRef> objects;
+    std::optional<Vec3<double>> by;     // [m]; absent: 0
+    std::optional<Quat<double>> turn;   // absent: none
+    std::optional<Vec3<double>> about;  // [m]; absent: the middle of their centres of mass
+};
+// New clay in place of that of objects, as they were made: where commands have placed them.
+struct ResetObjects {
+    std::vector<ObjectRef> objects;
 };
 // True rescale: size, volume and mass of the clay change, not the view of it.
 struct ScaleObjects {
@@ -165,9 +180,10 @@ struct Mark {
 
 using Command =
     std::variant<AddObject, RemoveObjects, PlaceObject, SetMaterial, SetCategory, Rename, SetFlags,
-                 CopyObjects, ScaleObjects, MergeObjects, SplitObject, SourceBegin, SourceMove,
-                 SourceEnd, SetGravity, SetWalls, SetHands, SetSurface, SetLattice, Carry, Open,
-                 Save, Export, Undo, Redo, GoTo, Reset, Pause, Advance, Play, Mark>;
+                 SetColour, CopyObjects, MoveObjects, ResetObjects, ScaleObjects, MergeObjects,
+                 SplitObject, SourceBegin, SourceMove, SourceEnd, SetGravity, SetWalls, SetHands,
+                 SetSurface, SetLattice, Carry, Open, Save, Export, Undo, Redo, GoTo, Reset, Pause,
+                 Advance, Play, Mark>;
 
 // Whether it is of a nozzle.
 inline bool of_source(const Command& command)
@@ -181,6 +197,8 @@ inline bool of_source(const Command& command)
 inline bool reads_clay(const Command& command)
 {
     return std::holds_alternative<CopyObjects>(command) ||
+           std::holds_alternative<MoveObjects>(command) ||
+           std::holds_alternative<ResetObjects>(command) ||
            std::holds_alternative<ScaleObjects>(command) ||
            std::holds_alternative<MergeObjects>(command) ||
            std::holds_alternative<SplitObject>(command) || of_source(command);

@@ -21,7 +21,10 @@ constexpr std::array examples{
     R"({"frame":30,"set_category":{"object":"cap","category":1}})",
     R"({"frame":0,"rename":{"object":1,"name":"head"}})",
     R"({"frame":60,"set_flags":{"object":"cap","locked":true}})",
+    R"({"frame":60,"set_colour":{"objects":["cap"],"colour":[0.9,0.4,0.1]}})",
     R"({"frame":60,"copy_objects":{"objects":["cap"],"by":[0.2,0,0],"names":["second cap"]}})",
+    R"({"frame":60,"move_objects":{"objects":["cap"],"by":[0,0.1,0],"turn":[0,1,0,0]}})",
+    R"({"frame":60,"reset_objects":{"objects":["ball"]}})",
     R"({"frame":60,"scale_objects":{"objects":["cap"],"factor":1.5}})",
     R"({"frame":60,"merge_objects":{"objects":["ball","cap"],"name":"acorn"}})",
     R"({"frame":60,"split_object":{"object":"ball","plane":)"

@@ -162,6 +162,16 @@ struct Row<SetFlags> {
                       "absent: unchanged")};
 };
 template <>
+struct Row<SetColour> {
+    static constexpr CommandRow row{
+        "set_colour",       "Colour",       "Changes the colour in which objects are drawn.",
+        Receiver::document, UndoRule::step, needs_simulation};
+    static constexpr std::tuple fields{
+        command_field("objects", &SetColour::objects, "the objects, at least one"),
+        command_field("colour", &SetColour::colour,
+                      "[red, green, blue] in sRGB; absent: that of their category", {0, 1})};
+};
+template <>
 struct Row<CopyObjects> {
     static constexpr CommandRow row{"copy_objects",
                                     "Copy",
@@ -176,6 +186,40 @@ struct Row<CopyObjects> {
         command_field("names", &CopyObjects::names,
                       "of the copies; those without one are named \"NAME copy\""),
         command_field("ids", &CopyObjects::ids, "set in logs: the numbers given to the copies")};
+};
+template <>
+struct Row<MoveObjects> {
+    static constexpr CommandRow row{
+        "move_objects",
+        "Move",
+        "Turns objects as one rigid body and displaces them, with their clay; refused where a wall "
+        "or other clay is in the way.",
+        Receiver::document,
+        UndoRule::step,
+        needs_edits};
+    static constexpr std::tuple fields{
+        command_field("objects", &MoveObjects::objects, "the objects, at least one"),
+        command_field("by", &MoveObjects::by, "displacement; absent: 0", anywhere),
+        command_field("turn", &MoveObjects::turn,
+                      "quaternion [w, x, y, z], applied before the displacement; absent: none",
+                      turn_range),
+        command_field("about", &MoveObjects::about,
+                      "point that the turn leaves in place, in the frame of the scene's file; "
+                      "absent: the middle of the objects' centres of mass",
+                      anywhere)};
+};
+template <>
+struct Row<ResetObjects> {
+    static constexpr CommandRow row{
+        "reset_objects",
+        "Reset object",
+        "Replaces the clay of objects by new clay, as they were made, where commands have placed "
+        "them; refused for objects that were merged or split, and for splats.",
+        Receiver::document,
+        UndoRule::step,
+        needs_edits};
+    static constexpr std::tuple fields{
+        command_field("objects", &ResetObjects::objects, "the objects, at least one")};
 };
 template <>
 struct Row<ScaleObjects> {

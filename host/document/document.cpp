@@ -93,7 +93,9 @@ bool equal(const SceneObject& a, const SceneObject& b)
 {
     return a.id == b.id && a.name == b.name && a.category == b.category &&
            equal(a.material, b.material) && same(a.pose.q, b.pose.q) && same(a.pose.p, b.pose.p) &&
-           same(a.source, b.source) && a.locked == b.locked && a.hidden == b.hidden;
+           same(a.source, b.source) && a.locked == b.locked && a.hidden == b.hidden &&
+           a.colour.has_value() == b.colour.has_value() &&
+           (!a.colour || same(*a.colour, *b.colour));
 }
 bool equal(const SceneSettings& a, const SceneSettings& b)
 {

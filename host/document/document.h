@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,7 @@ struct SceneObject {
     // Every command on it is refused, except SetFlags and the end of Carry.
     bool locked = false;
     bool hidden = false;  // its category is not drawn if all objects of the category are hidden
+    std::optional<Vec3<double>> colour{};  // sRGB, 0 to 1; none: that of its category
 };
 
 struct SceneSettings {

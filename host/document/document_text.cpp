@@ -138,6 +138,7 @@ Json json_of(const SceneObject& object)
     if (object.id.value) of["id"] = object.id.value;
     if (object.locked) of["locked"] = true;
     if (object.hidden) of["hidden"] = true;
+    if (object.colour) of["colour"] = triple(*object.colour);
     return of;
 }
 
@@ -147,6 +148,7 @@ SceneObject read_scene_object(ObjectReader& r, const std::string& folder)
     o.id = {std::uint32_t(r.whole("id", 1, int(highest_id), 0))};
     o.locked = r.flag("locked", false);
     o.hidden = r.flag("hidden", false);
+    if (r.has("colour")) o.colour = r.vector("colour", {0, 1});
     return o;
 }
 

@@ -212,6 +212,21 @@ class Reduction {
         return replaced(o);
     }
 
+    DocumentPtr operator()(const SetColour& c)
+    {
+        check_list(c.objects);
+        Document next = d;
+        bool changes = false;
+        for (const ObjectRef& ref : c.objects) {
+            SceneObject o = changeable(ref, "objects");
+            changes = changes || o.colour.has_value() != c.colour.has_value() ||
+                      (c.colour && !equal(*o.colour, *c.colour));
+            o.colour = c.colour;
+            replace_in(next, std::move(o));
+        }
+        return changes ? done(std::move(next)) : same;
+    }
+
     DocumentPtr operator()(const CopyObjects& c)
     {
         check_list(c.objects);
@@ -230,6 +245,45 @@ class Reduction {
         }
         ids.use(numbers.back());
         return done(std::move(next));
+    }
+
+    // Without the point to turn about, which the clay decides, as if it were the origin.
+    DocumentPtr operator()(const MoveObjects& c)
+    {
+        check_list(c.objects);
+        const Quat<double> q = c.turn ? unit_rotation(*c.turn) : Quat<double>{1, 0, 0, 0};
+        const Vec3<double> by = c.by.value_or(Vec3<double>{}),
+                           about = c.about.value_or(Vec3<double>{});
+        const bool turns = c.turn && !(q.x == 0 && q.y == 0 && q.z == 0);
+        const bool moves = turns || !(by.x == 0 && by.y == 0 && by.z == 0);
+        Document next = d;
+        for (const ObjectRef& ref : c.objects) {
+            SceneObject o = changeable(ref, "objects");
+            check_whole(o, "objects");
+            if (turns) {
+                o.pose.p = about + rotate(q, o.pose.p - about);
+                o.pose.q = unit_rotation(unit(q * o.pose.q));
+            }
+            o.pose.p = o.pose.p + by;
+            CheckRanges{}(command_field(turns ? "turn" : "by", &CopyObjects::by, "", anywhere),
+                          o.pose.p);
+            replace_in(next, std::move(o));
+        }
+        return moves ? done(std::move(next)) : same;
+    }
+
+    // Of the document nothing changes, but it is another one: there is a step.
+    DocumentPtr operator()(const ResetObjects& c)
+    {
+        check_list(c.objects);
+        for (const ObjectRef& ref : c.objects) {
+            const SceneObject& o = changeable(ref, "objects");
+            check_whole(o, "objects");
+            if (o.source.shape == ShapeKind::splats)
+                refuse("objects", "\"" + o.name.substr(0, 60) + "\" is of splats");
+            if (is_open(o)) refuse("objects", "a nozzle lays \"" + o.name.substr(0, 60) + "\"");
+        }
+        return done(d);
     }
 
     DocumentPtr operator()(const ScaleObjects& c)
@@ -629,6 +683,7 @@ class Reduction {
         check(in({-1000, 1000, "m/s"}), o.source.velocity);
         check(in({2, 64, "particles per cell"}), o.source.per_cell);
         check(in({}), o.name);
+        if (o.colour) check(in({0, 1}), *o.colour);
         check_material(normalised(o.material), field);
         check_category(o, field);
         check_walls(o, field);

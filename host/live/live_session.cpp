@@ -726,6 +726,32 @@ ClayDigest LiveSession::digest()
     return found;
 }
 
+void LiveSession::request_object_places()
+{
+    if (finding_places.exchange(true)) return;
+    post([this] {
+        const double begin = wall_seconds();
+        ObjectPlaces found;
+        try {
+            if (run) found = run->places();
+        } catch (const std::exception&) {  // out of memory: as without objects
+        }
+        found.history = history, found.frame = run ? run->number() : 0;
+        found.took = wall_seconds() - begin;
+        found_places = std::make_shared<const ObjectPlaces>(std::move(found));
+        finding_places = false;
+    });
+}
+
+std::shared_ptr<const ObjectPlaces> LiveSession::object_places()
+{
+    finding_places = false;  // one that is under way may be older than the last command
+    request_object_places();
+    wait_for_commands();
+    const auto found = latest_object_places();
+    return found ? found : std::make_shared<const ObjectPlaces>();
+}
+
 void LiveSession::advance_to(double time)
 {
     if (!options.stepped) throw std::logic_error("advance_to() of a session in real time");

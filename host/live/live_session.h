@@ -238,6 +238,12 @@ class LiveSession {
     // there is no solver.
     bool inspect_solver(const std::function<void(const Simulator&)>& inspect);
     ClayDigest digest();
+    // Where the objects' clay is: the session's thread reads all particles between two frames.
+    // object_places() waits for it, and is never null; the others do not wait, and the latest are
+    // null until some were found.
+    std::shared_ptr<const ObjectPlaces> object_places();
+    void request_object_places();
+    std::shared_ptr<const ObjectPlaces> latest_object_places() const { return found_places.load(); }
     // Since the last load; empty without LiveOptions::logs.
     SessionLog session_log();
     // Stepped sessions: simulates all frames that end at or before `time` [s], then returns. Throws
@@ -278,6 +284,8 @@ class LiveSession {
     const LiveOptions options;
     const double epoch;  // of the steady clock [s]
     std::atomic<std::shared_ptr<const LiveState>> published;
+    std::atomic<std::shared_ptr<const ObjectPlaces>> found_places;
+    std::atomic<bool> finding_places = false;
 
     std::mutex mutex;  // guards the members up to `cut_requests`
     std::condition_variable wake, done;

@@ -81,6 +81,7 @@ class SimulationRun {
     std::future<PreparedObject> prepare(const AddObject& command);
     void play(bool recorded);
     const DocumentPtr& document() const { return editor->document(); }
+    ObjectPlaces places() const { return editor->places(); }
     Situation situation() const { return history->situation(true); }
     bool keeps_steps() const { return history->keeps(); }
     int number() const { return loop->last().number; }  // of the last frame; 0: none

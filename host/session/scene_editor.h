@@ -13,6 +13,7 @@
 #include "host/paging/scene_splats.h"
 #include "host/session/history.h"
 #include "host/session/loop.h"
+#include "host/session/object_places.h"
 #include "host/session/object_verbs.h"
 #include "host/session/stored_state.h"
 
@@ -90,6 +91,8 @@ class SceneEditor {
     // Numbers of the object in the simulator, several if it was merged; of local clay, that of its
     // own object, not of its cubes. Precondition: the document has the object.
     const std::vector<int>& simulated(ObjectId object) const { return objects.at(object); }
+    // Of the clay now. Slow: reads all particles. Precondition: no frame in flight.
+    ObjectPlaces places() const;
     long edits() const { return count; }            // so far
     long clay_edits() const { return clay_count; }  // that moved, added or removed clay
 
@@ -117,6 +120,8 @@ class SceneEditor {
         };
         std::vector<int> gone;
         std::vector<NewPart> added;
+        std::vector<int> moved;
+        RigidMotion<double> motion{{1, 0, 0, 0}, {0, 0, 0}};      // of those
         std::vector<std::pair<int, Material<double>>> materials;  // to be set
         std::map<ObjectId, std::vector<int>> objects;             // without those of `added`
         Vec3<double> gravity{};
@@ -128,6 +133,8 @@ class SceneEditor {
     CommandAnswer reshape(const Command& command);
     ClayEdit unchanged(const SnapshotData& all) const;
     ClayEdit edit_of(CopyObjects& command) const;
+    ClayEdit edit_of(MoveObjects& command) const;
+    ClayEdit edit_of(ResetObjects& command) const;
     ClayEdit edit_of(ScaleObjects& command) const;
     ClayEdit edit_of(MergeObjects& command) const;
     ClayEdit edit_of(SplitObject& command) const;
@@ -140,7 +147,7 @@ class SceneEditor {
     std::vector<PartClay> clay_of(const SnapshotData& all, const std::vector<int>& numbers) const;
     void check_place(const std::vector<PartClay>& clay, const char* field) const;
     void check_free(const std::vector<PartClay>& clay, const std::vector<Particle<double>>& there,
-                    const char* field) const;
+                    const char* field, const std::vector<PartClay>* before = nullptr) const;
     using NewClay = std::map<ObjectId, PreparedObject>;
     NewClay new_clay(const Document& to, PreparedObject* ready) const;
     void check(const Document& to) const;

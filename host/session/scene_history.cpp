@@ -14,7 +14,8 @@ namespace {
 bool leaves_clay(const Command& command)
 {
     return std::holds_alternative<Rename>(command) || std::holds_alternative<SetFlags>(command) ||
-           std::holds_alternative<SetCategory>(command);
+           std::holds_alternative<SetCategory>(command) ||
+           std::holds_alternative<SetColour>(command);
 }
 
 // Clay slower than two cells per second has settled.

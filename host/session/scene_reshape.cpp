@@ -10,6 +10,7 @@
 #include "cuda/mpm/walls.h"
 #include "host/base/machine.h"
 #include "host/scene/foresight.h"
+#include "host/scene/object_json.h"
 #include "host/scene/soften.h"
 #include "host/session/scene_editor.h"
 
@@ -70,6 +71,10 @@ CommandAnswer SceneEditor::reshape(const Command& command)
         ClayEdit edit;
         if (CopyObjects* copies = std::get_if<CopyObjects>(&answer.applied))
             edit = edit_of(*copies);
+        else if (MoveObjects* motion = std::get_if<MoveObjects>(&answer.applied))
+            edit = edit_of(*motion);
+        else if (ResetObjects* resets = std::get_if<ResetObjects>(&answer.applied))
+            edit = edit_of(*resets);
         else if (ScaleObjects* scales = std::get_if<ScaleObjects>(&answer.applied))
             edit = edit_of(*scales);
         else if (MergeObjects* merges = std::get_if<MergeObjects>(&answer.applied))
@@ -115,6 +120,7 @@ void SceneEditor::make(ClayEdit edit)
             numbers.push_back(s.add(one.clay.material, one.clay.particles));
             edit.objects[one.object].push_back(numbers.back());
         }
+        for (const int number : edit.moved) s.move(number, edit.motion);
         for (const auto& [number, material] : edit.materials) s.set_material(number, material);
         if (!equal(gravity_of(*now), edit.gravity)) s.set_gravity(edit.gravity);
         if (edit.splats) replace_splats(edit, numbers, splats_before);
@@ -196,12 +202,19 @@ void SceneEditor::check_place(const std::vector<PartClay>& clay, const char* fie
                                     text(box.high)));
 }
 
-// `there`: clay that must not be nearer than three quarters of a spacing.
+// `there`: clay that must not be nearer than three quarters of a spacing. `before`: the same clay
+// at another place; what was that near there may be so again.
 void SceneEditor::check_free(const std::vector<PartClay>& clay,
-                             const std::vector<Particle<double>>& there, const char* field) const
+                             const std::vector<Particle<double>>& there, const char* field,
+                             const std::vector<PartClay>* before) const
 {
-    const Box3<double> box = box_of(clay);
-    for (const PartClay& part : clay) {
+    Box3<double> box = box_of(clay);
+    if (before) {
+        const Box3<double> was = box_of(*before);
+        box = {lesser(box.low, was.low), greater(box.high, was.high)};
+    }
+    for (std::size_t k = 0; k < clay.size(); ++k) {
+        const PartClay& part = clay[k];
         const double spacing = std::cbrt(part.material.volume);
         const Vec3<double> beside{spacing, spacing, spacing};
         const Box3<double> around{box.low - beside, box.high + beside};
@@ -209,8 +222,10 @@ void SceneEditor::check_free(const std::vector<PartClay>& clay,
         for (const Particle<double>& p : there)
             if (contains(around, p.x)) places.push_back(p.x);
         const NearPlaces near(places, 0.75 * spacing);
-        for (const Particle<double>& p : part.particles)
-            if (near.taken(p.x)) refuse_field(field, "other clay is in the way");
+        for (std::size_t i = 0; i < part.particles.size(); ++i)
+            if (near.taken(part.particles[i].x) &&
+                !(before && near.taken((*before)[k].particles[i].x)))
+                refuse_field(field, "other clay is in the way");
     }
 }
 
@@ -241,6 +256,81 @@ SceneEditor::ClayEdit SceneEditor::edit_of(CopyObjects& command) const
             edit.splats = true;
         }
         for (PartClay& part : clay) edit.added.push_back({command.ids[i], std::move(part)});
+    }
+    return edit;
+}
+
+SceneEditor::ClayEdit SceneEditor::edit_of(MoveObjects& command) const
+{
+    const SnapshotData all = parts.simulator->held(*parts.simulator->snapshot());
+    ClayEdit edit;
+    edit.objects = objects;
+    std::vector<std::vector<PartClay>> clay;
+    Vec3<double> middle{};
+    for (const ObjectRef& ref : command.objects) {
+        const std::vector<int>& numbers = objects.at(id_of(ref));
+        edit.moved.insert(edit.moved.end(), numbers.begin(), numbers.end());
+        clay.push_back(clay_of(all, numbers));
+        middle = middle + (1 / double(command.objects.size())) * centre_of_mass(clay.back());
+    }
+    if (command.turn && !command.about) command.about = middle + parts.scene.origin;
+    const Quat<double> q = command.turn ? unit_rotation(*command.turn) : Quat<double>{1, 0, 0, 0};
+    const Vec3<double> about = command.about.value_or(parts.scene.origin) - parts.scene.origin;
+    edit.motion = {q, about - rotate(q, about) + command.by.value_or(Vec3<double>{})};
+    std::vector<Particle<double>> there;
+    for (const Particle<double>& p : all.particles)
+        if (!std::ranges::count(edit.moved, p.object)) there.push_back(p);
+    const char* const field = command.turn ? "turn" : "by";
+    for (const std::vector<PartClay>& before : clay) {
+        std::vector<PartClay> after = before;
+        for (PartClay& part : after)
+            for (Particle<double>& p : part.particles)
+                p.x = edit.motion.p + rotate(edit.motion.q, p.x);
+        check_place(after, field);
+        check_free(after, there, field, &before);
+    }
+    return edit;
+}
+
+SceneEditor::ClayEdit SceneEditor::edit_of(ResetObjects& command) const
+{
+    // More or less clay than so was split off or merged, not just trimmed where it was added.
+    constexpr double least = 0.85, most = 1.15;
+    const SnapshotData all = parts.simulator->held(*parts.simulator->snapshot());
+    ClayEdit edit = unchanged(all);
+    for (const ObjectRef& ref : command.objects) {
+        const std::vector<int>& numbers = objects.at(id_of(ref));
+        edit.gone.insert(edit.gone.end(), numbers.begin(), numbers.end());
+    }
+    std::vector<Particle<double>> there;
+    for (const Particle<double>& p : all.particles)
+        if (!std::ranges::count(edit.gone, p.object)) there.push_back(p);
+    for (const ObjectRef& ref : command.objects) {
+        const SceneObject& o = *now->find(id_of(ref));
+        double volume = 0;
+        for (const PartClay& part : clay_of(all, objects.at(o.id)))
+            volume += part.material.volume * double(part.particles.size());
+        PreparedObject fresh = prepared(parts.scene, parts.simulator->config().walls, o);
+        const std::size_t whole = fresh.particles.size();
+        const double share = volume / (fresh.material.volume * double(whole));
+        const bool one = objects.at(o.id).size() == 1 || o.source.shape == ShapeKind::strand;
+        if (share < least || share > most || !one)
+            refuse_field("objects",
+                         fmt::format("\"{}\" has {:.0f} % of the clay that it was made with: it "
+                                     "was merged or split",
+                                     o.name.substr(0, 60), 100 * share));
+        std::vector<Vec3<double>> places;
+        const Box3<double> around = surroundings(fresh);
+        for (const Particle<double>& p : there)
+            if (contains(around, p.x)) places.push_back(p.x);
+        leave_room(fresh, places);
+        if (double(fresh.particles.size()) < least * double(whole))
+            refuse_field("objects", "other clay is in the way");
+        std::vector<PartClay> clay{{fresh.material, std::move(fresh.particles)}};
+        check_place(clay, "objects");
+        edit.objects.at(o.id).clear();
+        there.insert(there.end(), clay[0].particles.begin(), clay[0].particles.end());
+        edit.added.push_back({o.id, std::move(clay[0])});
     }
     return edit;
 }

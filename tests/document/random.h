@@ -228,6 +228,8 @@ inline SceneObject random_object(Random& r, const Drawing& by)
     if (r.one_in(5)) o.source.per_cell = r.in(2, 64);
     if (r.one_in(10)) o.locked = true;
     if (r.one_in(10)) o.hidden = true;
+    if (r.one_in(10)) o.colour = Vec3<double>{r.in(0, 1), r.in(0, 1), 1};
+    if (wild()) o.colour = Vec3<double>{0, r.one_in(2) ? 1.5 : std::nan(""), 0};
     if (wild()) o.category = r.one_in(2) ? -1 : 256;
     if (wild()) o.pose.p.y = wild_number(r, anywhere);
     if (wild()) o.pose.p.x = 50;

@@ -549,6 +549,21 @@ TEST_F(Refusals, OfOtherSizes)
 {
     for (const double factor : {0.0, -1.0, 1000.0, 0.0999, 10.001, double(NAN), double(INFINITY)})
         refused(ScaleObjects{{ObjectRef("ball")}, factor}, "factor", "expected");
+    refused(MoveObjects{{ObjectRef("block")}, Vec3<double>{1, 0, 0}, {}, {}}, "objects", "locked");
+    refused(MoveObjects{{ObjectRef("pot")}, Vec3<double>{1, 0, 0}, {}, {}}, "objects",
+            "near hands only");
+    refused(MoveObjects{{ObjectRef("ball")}, Vec3<double>{1000, 0, 0}, {}, {}}, "by", "expected");
+    EXPECT_EQ(taken(MoveObjects{{ObjectRef("ball")}, Vec3<double>{}, {}, {}}), d);
+    EXPECT_EQ(taken(MoveObjects{{ObjectRef("ball")}, {}, Quat<double>{1, 0, 0, 0}, {}}), d);
+    refused(SetColour{{ObjectRef("block")}, Vec3<double>{1, 0, 0}}, "objects", "locked");
+    refused(SetColour{{ObjectRef("ball")}, Vec3<double>{1, 0, 1.1}}, "colour", "expected");
+    EXPECT_EQ(taken(SetColour{{ObjectRef("ball")}, {}}), d);
+    const DocumentPtr red = taken(SetColour{{ObjectRef("ball")}, Vec3<double>{1, 0, 0}});
+    EXPECT_TRUE(red->find({1})->colour);
+    EXPECT_FALSE(equal(*red, *d));
+    EXPECT_TRUE(equal(parse_document(document_text(*red), "red", ""), *red));
+    refused(ResetObjects{{ObjectRef("block")}}, "objects", "locked");
+    refused(ResetObjects{{ObjectRef("pot")}}, "objects", "near hands only");
     refused(ScaleObjects{{}, 2}, "objects", "at least one");
     refused(ScaleObjects{{ObjectRef("block")}, 2}, "objects", "locked");
     refused(ScaleObjects{{ObjectRef("pot")}, 2}, "objects", "near hands only");

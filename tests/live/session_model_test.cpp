@@ -394,7 +394,7 @@ class RandomSession {
         m.density = r.in(500, 2000);
         if (m.plasticity != Plasticity::fluid) m.young = r.in(2e4, 2e5);
         const ObjectId other = d.objects.empty() ? ObjectId{1} : r.of(d.objects)->id;
-        switch (r.below(20)) {
+        switch (r.below(22)) {
             case 0:
                 return SetMaterial{object, m};
             case 1:
@@ -430,6 +430,13 @@ class RandomSession {
             case 12:
                 if (d.objects.size() > 3) return RemoveObjects{{object}};
                 return CopyObjects{{object}, place - Vec3<double>{0.24, 0.2, 0.24}, {}, {}};
+            case 20:
+                return MoveObjects{{object},
+                                   Vec3<double>{r.in(-0.05, 0.05), r.in(-0.05, 0.05), 0},
+                                   r.one_in(2) ? std::optional(random_rotation(r)) : std::nullopt,
+                                   {}};
+            case 21:
+                return ResetObjects{{object}};
             case 13:
                 return ScaleObjects{{object}, r.in(0.7, 1.2)};
             case 17: {

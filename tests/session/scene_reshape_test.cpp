@@ -1,5 +1,5 @@
-// Copy, scale, merge and split of objects in a running scene: what they do to clay, splats and
-// document, what is refused, and undo and redo to the bit.
+// Copy, move, reset, scale, merge and split of objects in a running scene: what they do to clay,
+// splats and document, what is refused, and undo and redo to the bit.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -162,6 +162,110 @@ TEST_P(Reshape, ACopyHasTheFullStateBesideTheObject)
     s.applied(CopyObjects{{ObjectRef("block")}, {0, 0.2, 0}, {"second"}, {}});
     EXPECT_EQ(s.editor.document()->find({5})->name, "second");
     s.frames(3);
+}
+
+TEST_P(Reshape, MovedObjectsKeepTheirStateAndTheirDistances)
+{
+    Reshaped s = begun();
+    s.frames(6);
+    const auto ball = s.clay_of({1}), drum = s.clay_of({3});
+    const Vec3<double> by{0.125, 0.25, 0};
+    const auto moved = std::get<MoveObjects>(
+        s.applied(MoveObjects{{ObjectRef("ball"), ObjectRef("drum")}, by, {}, {}}));
+    EXPECT_FALSE(moved.about);
+    for (const auto& [id, before] : {std::pair{1u, &ball}, {3u, &drum}}) {
+        const auto after = s.clay_of({id});
+        ASSERT_EQ(after.size(), before->size());
+        for (std::size_t i = 0; i < after.size(); ++i) {
+            ASSERT_LT(length(after[i].x - (*before)[i].x - by), 1e-6);
+            ASSERT_LT(length(after[i].v - (*before)[i].v), 1e-6);
+        }
+    }
+    const Vec3<double> pose = s.editor.document()->find({1})->pose.p;
+    EXPECT_LT(length(pose - Vec3<double>{0.425, 0.55, 0.3}), 1e-12);
+    // A quarter turn about the vertical through the middle of both, there and back.
+    const double h = std::sqrt(0.5);
+    const auto lifted = s.clay_of({1});
+    const auto turned = std::get<MoveObjects>(s.applied(
+        MoveObjects{{ObjectRef("ball"), ObjectRef("drum")}, {}, Quat<double>{h, 0, h, 0}, {}}));
+    ASSERT_TRUE(turned.about) << "a log has the point";
+    EXPECT_NEAR(turned.about->z, 0.45, 0.01);
+    EXPECT_NEAR(s.editor.document()->find({1})->pose.q.y, h, 1e-12);
+    s.refused(MoveObjects{{ObjectId{1}}, Vec3<double>{5, 0, 0}, {}, {}}, "by", "between the walls");
+    s.refused(MoveObjects{{ObjectId{1}, ObjectId{3}}, Vec3<double>{0, -0.6, 0}, {}, {}}, "by",
+              "between the walls");
+    s.applied(MoveObjects{
+        {ObjectRef("drum"), ObjectRef("ball")}, {}, Quat<double>{h, 0, -h, 0}, turned.about});
+    const auto back = s.clay_of({1});
+    for (std::size_t i = 0; i < back.size(); ++i) ASSERT_LT(length(back[i].x - lifted[i].x), 1e-6);
+    // Into another object, by the clay, not by the document; beside it is free.
+    const Vec3<double> to_block = Vec3<double>{0.6, 0.2, 0.6} - Vec3<double>{0.425, 0.55, 0.3};
+    s.refused(MoveObjects{{ObjectId{1}}, to_block, {}, {}}, "by", "in the way");
+    s.refused(MoveObjects{{ObjectId{1}}, Vec3<double>{}, Quat<double>{h, h, h, 0}, {}}, "turn",
+              "length 1");
+    s.applied(SetFlags{ObjectId{3}, true, {}});
+    s.refused(MoveObjects{{ObjectId{1}, ObjectId{3}}, by, {}, {}}, "objects", "locked");
+    s.refused(MoveObjects{{}, by, {}, {}}, "objects", "at least one");
+    s.refused(MoveObjects{{ObjectId{1}, ObjectId{1}}, by, {}, {}}, "objects", "named twice");
+    s.frames(2);
+}
+
+// Clay that lies on other clay is as near to it as clay that is put into it.
+TEST_P(Reshape, AnObjectIsTakenOffAnotherOneButNotPutDeeper)
+{
+    Reshaped s{scene_of_objects(R"({"name": "low", "shape": "box", "centre": [0.48, 0.2, 0.48],
+        "size": [0.2, 0.1, 0.2]}, {"name": "high", "shape": "box", "centre": [0.48, 0.3, 0.48],
+        "size": [0.15, 0.1, 0.15]})"),
+               GetParam()};
+    s.applied(SetGravity{{0, -20, 0}});
+    s.frames(10);
+    s.refused(MoveObjects{{ObjectRef("high")}, Vec3<double>{0, -0.03, 0}, {}, {}}, "by",
+              "in the way");
+    s.applied(MoveObjects{{ObjectRef("high")}, Vec3<double>{0, 0.004, 0}, {}, {}});
+    s.applied(MoveObjects{{ObjectRef("high")}, Vec3<double>{0, 0.2, 0}, {}, {}});
+    s.frames(2);
+}
+
+TEST_P(Reshape, ResetObjectsAreAsTheyWereMadeWhereTheyWerePlaced)
+{
+    Reshaped s = begun();
+    const auto first = s.clay_of({2});
+    const Vec3<double> centre = s.editor.places().find({2})->centre;
+    s.applied(SetGravity{{0, -9, 0}});
+    s.frames(12);
+    EXPECT_GT(length(s.editor.places().find({2})->centre - centre), 0.01);
+    const ClayRows fallen = s.rows();
+    const DocumentPtr before = s.editor.document();
+    s.applied(ResetObjects{{ObjectRef("block")}});
+    EXPECT_TRUE(equal(*s.editor.document(), *before));
+    const auto again = s.clay_of({2});
+    ASSERT_EQ(again.size(), first.size());
+    EXPECT_LT(length(s.editor.places().find({2})->centre - centre), 1e-3);
+    for (const Particle<double>& p : again) {
+        ASSERT_EQ(length(p.v), 0);
+        ASSERT_EQ(p.e.xx, 0);
+    }
+    s.applied(Undo{});
+    EXPECT_TRUE(same_rows(s.rows(), fallen));
+    s.applied(Redo{});
+    // Where it was moved to, in its size.
+    s.applied(MoveObjects{{ObjectRef("block")}, Vec3<double>{0.0625, 0.25, 0}, {}, {}});
+    s.applied(ScaleObjects{{ObjectRef("block")}, 1.25});
+    s.applied(ResetObjects{{ObjectRef("block"), ObjectRef("drum")}});
+    const Box3<double> box = s.editor.places().find({2})->box;
+    EXPECT_NEAR(0.5 * (box.low.x + box.high.x) + s.scene.origin.x, 0.6625, 0.01);
+    EXPECT_NEAR(box.high.x - box.low.x, 0.25, 0.02);
+    // Not of parts, of merged ones, or into others.
+    s.applied(CopyObjects{{ObjectRef("drum")}, {0.25, 0, -0.25}, {"second"}, {}});
+    s.applied(
+        SplitObject{ObjectRef("drum"), SplitPlane{{0.3, 0.3, 0.6}, {1, 0, 0}}, {}, {"l", "r"}, {}});
+    s.refused(ResetObjects{{ObjectRef("l")}}, "objects", "merged or split");
+    s.applied(MergeObjects{{ObjectRef("l"), ObjectRef("r")}, "both"});
+    s.refused(ResetObjects{{ObjectRef("both")}}, "objects", "merged or split");
+    s.refused(ResetObjects{{ObjectId{77}}}, "objects", "there is no object");
+    s.applied(SetFlags{ObjectRef("second"), true, {}});
+    s.refused(ResetObjects{{ObjectRef("second")}}, "objects", "locked");
+    s.frames(1);
 }
 
 TEST_P(Reshape, ScaledObjectsHaveTheFactorsThirdPowerOfTheirMass)
@@ -340,6 +444,7 @@ TEST_P(Reshape, RandomVerbsKeepTheBooks)
     Random r(seed);
     Reshaped s = begun();
     std::map<std::string, int> applied;
+    bool undone = false;
     const long count = repeats(sanitized ? 20 : 120, 3000);
     for (long i = 0; i < count && !HasFailure(); ++i) {
         SCOPED_TRACE(i);
@@ -356,7 +461,24 @@ TEST_P(Reshape, RandomVerbsKeepTheBooks)
             for (const Particle<double>& p : clay) c = c + (1 / double(clay.size())) * p.x;
             return c + s.scene.origin;
         }();
-        switch (r.below(10)) {
+        switch (r.below(15)) {
+            case 10:
+                command = MoveObjects{{one}, {}, random_rotation(r), {}};
+                if (r.one_in(2) && one != other) {
+                    auto& moves = std::get<MoveObjects>(command);
+                    moves.objects.push_back(other);
+                    moves.by = Vec3<double>{r.in(-0.1, 0.1), r.in(0, 0.2), r.in(-0.1, 0.1)};
+                }
+                break;
+            case 11:
+                command = MoveObjects{
+                    {one}, Vec3<double>{r.in(-0.2, 0.2), r.in(-0.1, 0.2), r.in(-0.2, 0.2)}, {}, {}};
+                break;
+            case 12:
+            case 13:
+            case 14:
+                command = ResetObjects{{one}};
+                break;
             case 0:
             case 1:
                 command =
@@ -383,8 +505,10 @@ TEST_P(Reshape, RandomVerbsKeepTheBooks)
             default:
                 break;
         }
+        if (undone && r.one_in(2)) command = Redo{};
         const ClayRows rows = s.rows();
         const CommandAnswer answer = s.apply(command);
+        undone = std::holds_alternative<Undo>(command);
         const DocumentPtr after = s.editor.document();
         double now = 0, all = 0;
         for (const auto& o : after->objects) now += s.mass_of(o->id);
@@ -402,6 +526,8 @@ TEST_P(Reshape, RandomVerbsKeepTheBooks)
         } else if (const auto* scales = std::get_if<ScaleObjects>(&command)) {
             const double cube = scales->factor * scales->factor * scales->factor;
             EXPECT_NEAR(now, sum + (cube - 1) * mass[one], 1e-9 * sum);
+        } else if (std::holds_alternative<ResetObjects>(command)) {
+            EXPECT_NEAR(now - s.mass_of(one), sum - mass[one], 1e-9 * sum);
         } else if (reads_clay(command)) {
             EXPECT_NEAR(now, sum, 1e-9 * sum);
         }
@@ -411,7 +537,7 @@ TEST_P(Reshape, RandomVerbsKeepTheBooks)
         }
         if (r.one_in(3)) s.frames(1);
     }
-    EXPECT_EQ(applied.size(), 6u);
+    EXPECT_EQ(applied.size(), 8u) << testing::PrintToString(applied);
 }
 
 INSTANTIATE_TEST_SUITE_P(Devices, Reshape, testing::Bool(), device_of);
