@@ -1,6 +1,7 @@
 #include "render/eye_clay.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace knead {
 namespace {
@@ -50,9 +51,11 @@ void SharedClay::take(const DeviceMesh& mesh)
     shared_->copy(mesh);
 }
 
-void SharedClay::draw(std::size_t part) const
+void SharedClay::draw(std::size_t part, const std::map<int, Vec3<float>>& colours) const
 {
-    const Vec3<float> c = category_colour(categories_.at(part));
+    const auto own = colours.find(categories_.at(part));
+    const Vec3<float> c =
+        own == colours.end() ? category_colour(categories_.at(part)) : own->second;
     glBindVertexArray(layout_);
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, buffer_);
     glVertexAttrib4f(2, c.x, c.y, c.z, 0);  // constant colour; skin 0: clay
@@ -63,14 +66,26 @@ void SharedClay::draw(std::size_t part) const
 }
 
 void EyeClay::set(const std::vector<Mesh>& meshes, const std::vector<int>& unseen,
-                  const std::vector<int>& hidden)
+                  const std::vector<int>& hidden, const ClayColours& colours)
 {
+    static const std::vector<Vec3<float>> none;
     Geometry all{};
     std::vector<Part> parts;
-    for (const Mesh& mesh : meshes) {
+    for (std::size_t k = 0; k < meshes.size(); ++k) {
+        const Mesh& mesh = meshes[k];
         if (among(hidden, mesh.category)) continue;
         const int first = int(all.triangles.size());
+        const std::size_t first_vertex = all.vertices.size();
         add_clay(all, mesh);
+        const auto& of = k < colours.of_vertices.size() ? colours.of_vertices[k] : none;
+        if (!of.empty() && of.size() != mesh.vertices.size())
+            throw std::invalid_argument("as many colours of clay as vertices are needed");
+        const auto own = colours.of_category.find(mesh.category);
+        for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+            if (!of.empty())
+                all.vertices[first_vertex + i].colour = of[i];
+            else if (own != colours.of_category.end())
+                all.vertices[first_vertex + i].colour = own->second;
         parts.push_back({mesh.category,
                          !among(unseen, mesh.category),
                          true,
@@ -83,8 +98,9 @@ void EyeClay::set(const std::vector<Mesh>& meshes, const std::vector<int>& unsee
 
 // A part is drawn by its index, so that hidden ones stay in the list.
 void EyeClay::set(const DeviceMesh& mesh, const std::vector<int>& unseen,
-                  const std::vector<int>& hidden)
+                  const std::vector<int>& hidden, const ClayColours& colours)
 {
+    colours_ = colours.of_category;
     std::vector<Part> parts;
     about_ = around(Geometry{}, {0, 0, 0}, farthest_);
     if (!mesh.empty()) {
@@ -101,7 +117,7 @@ void EyeClay::set(const DeviceMesh& mesh, const std::vector<int>& unseen,
 void EyeClay::draw(std::size_t part) const
 {
     if (on_device_)
-        shared_.draw(part);
+        shared_.draw(part, colours_);
     else
         shapes_.draw(parts_[part].range);
 }

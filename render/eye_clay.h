@@ -5,6 +5,7 @@
 
 #include "host/share/shared_mesh.h"
 #include "host/share/sharing.h"
+#include "render/eye_painter.h"
 #include "render/eye_shapes.h"
 
 namespace knead {
@@ -27,7 +28,7 @@ class SharedClay {
     // Throws std::runtime_error on a CUDA error.
     void take(const DeviceMesh& mesh);
     // Draws the category at this index.
-    void draw(std::size_t part) const;
+    void draw(std::size_t part, const std::map<int, Vec3<float>>& colours) const;
 
   private:
     Buffer buffer_;
@@ -49,9 +50,9 @@ class EyeClay {
     explicit EyeClay(float farthest) : farthest_(farthest) {}
 
     void set(const std::vector<Mesh>& meshes, const std::vector<int>& unseen,
-             const std::vector<int>& hidden);
-    void set(const DeviceMesh& mesh, const std::vector<int>& unseen,
-             const std::vector<int>& hidden);  // shared
+             const std::vector<int>& hidden, const ClayColours& colours);
+    void set(const DeviceMesh& mesh, const std::vector<int>& unseen, const std::vector<int>& hidden,
+             const ClayColours& colours);  // shared
     const std::vector<Part>& parts() const { return parts_; }
     void draw(std::size_t part) const;
     const Ball& about() const { return about_; }  // bounding ball of all clay
@@ -62,6 +63,7 @@ class EyeClay {
     SharedClay shared_;
     bool on_device_ = false;
     std::vector<Part> parts_;
+    std::map<int, Vec3<float>> colours_;  // of categories
     Ball about_{};
 };
 

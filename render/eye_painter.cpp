@@ -39,9 +39,14 @@ class GlEyePainter final : public EyePainter {
     GlEyePainter(int samples, bool share);
     const Sharing& sharing(int device) override { return sharings_.with(device); }
     void set_clay(const std::vector<Mesh>& meshes, long version, const std::vector<int>& unseen,
-                  const std::vector<int>& hidden) override;
+                  const std::vector<int>& hidden, const ClayColours& colours) override;
     void set_device_clay(const DeviceMesh& mesh, long version, const std::vector<int>& unseen,
-                         const std::vector<int>& hidden) override;
+                         const std::vector<int>& hidden, const ClayColours& colours) override;
+    bool is_shown(long version, const std::vector<int>& hidden, const ClayColours& colours) const
+    {
+        return any_clay_ && version == version_ && hidden == hidden_clay_ &&
+               colours.version == colours_version_;
+    }
     void set_hands(const std::vector<HandLook>& hands) override;
     void set_splats(int eye, const SplatLayer& layer) override { splats_.upload(eye, layer); }
     void set_splats(int eye, unsigned colour, unsigned depth) override
@@ -99,7 +104,7 @@ class GlEyePainter final : public EyePainter {
     EyeSplats splats_;
     std::array<DrawnHidden, 2> hidden_;
     int width_ = 0, height_ = 0;  // of the multisample textures [pixels]
-    long version_ = 0;
+    long version_ = 0, colours_version_ = 0;
     std::vector<int> hidden_clay_;  // categories
     bool any_clay_ = false, shadows_stand_ = false;
     Ball lit_{};             // region covered by the shadow maps
@@ -142,22 +147,25 @@ void GlEyePainter::build_maps()
 }
 
 void GlEyePainter::set_clay(const std::vector<Mesh>& meshes, long version,
-                            const std::vector<int>& unseen, const std::vector<int>& hidden)
+                            const std::vector<int>& unseen, const std::vector<int>& hidden,
+                            const ClayColours& colours)
 {
-    if (any_clay_ && version == version_ && hidden == hidden_clay_) return;
-    clay_.set(meshes, unseen, hidden);
+    if (is_shown(version, hidden, colours)) return;
+    clay_.set(meshes, unseen, hidden, colours);
     version_ = version, any_clay_ = true, shadows_stand_ = false;
-    hidden_clay_ = hidden;
+    hidden_clay_ = hidden, colours_version_ = colours.version;
 }
 
 void GlEyePainter::set_device_clay(const DeviceMesh& mesh, long version,
-                                   const std::vector<int>& unseen, const std::vector<int>& hidden)
+                                   const std::vector<int>& unseen, const std::vector<int>& hidden,
+                                   const ClayColours& colours)
 {
-    if (any_clay_ && version == version_ && hidden == hidden_clay_) return;
-    if (!sharing(mesh.device()).shared) return set_clay(mesh.meshes(), version, unseen, hidden);
-    clay_.set(mesh, unseen, hidden);
+    if (is_shown(version, hidden, colours)) return;
+    if (!sharing(mesh.device()).shared)
+        return set_clay(mesh.meshes(), version, unseen, hidden, colours);
+    clay_.set(mesh, unseen, hidden, colours);
     version_ = version, any_clay_ = true, shadows_stand_ = false;
-    hidden_clay_ = hidden;
+    hidden_clay_ = hidden, colours_version_ = colours.version;
 }
 
 void GlEyePainter::set_hands(const std::vector<HandLook>& hands)

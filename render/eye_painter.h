@@ -4,6 +4,7 @@
 #pragma once
 #include <array>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -66,6 +67,14 @@ struct SplatLayer {
     std::vector<float> depth;   // along the view axis [m]; 1e30 or infinity: empty
 };
 
+// Colours of clay in place of those of its categories, linear RGB.
+struct ClayColours {
+    std::map<int, Vec3<float>> of_category;
+    // Of each vertex of the host's meshes, in their order; none of a mesh: of its category.
+    std::vector<std::vector<Vec3<float>>> of_vertices;
+    long version = 0;  // of the colours; equal ones are not uploaded again
+};
+
 class EyePainter {
   public:
     // Precondition: a context is current and its functions are loaded; it must be current whenever
@@ -81,15 +90,17 @@ class EyePainter {
 
     // Sets the clay's meshes; uploads only if `version` or `hidden` has changed. Clay of the
     // categories `unseen` only casts a shadow, because splats are drawn in its place; clay of those
-    // `hidden` is left out. Throws std::invalid_argument for an invalid mesh.
+    // `hidden` is left out. Throws std::invalid_argument for an invalid mesh, or for as many
+    // colours as it does not have vertices.
     virtual void set_clay(const std::vector<Mesh>& meshes, long version,
-                          const std::vector<int>& unseen = {},
-                          const std::vector<int>& hidden = {}) = 0;
+                          const std::vector<int>& unseen = {}, const std::vector<int>& hidden = {},
+                          const ClayColours& colours = {}) = 0;
     // The same for a mesh on a CUDA device: shared if possible, without blocking the host; else
     // copied through the host.
     virtual void set_device_clay(const DeviceMesh& mesh, long version,
                                  const std::vector<int>& unseen = {},
-                                 const std::vector<int>& hidden = {}) = 0;
+                                 const std::vector<int>& hidden = {},
+                                 const ClayColours& colours = {}) = 0;
     virtual void set_hands(const std::vector<HandLook>& hands) = 0;
     void set_hands(const std::vector<DrawPrimitive>& primitives)
     {

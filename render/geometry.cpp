@@ -158,7 +158,8 @@ void add_clay(Geometry& geometry, const Mesh& mesh)
 
 HandRanges add_hand(Geometry& geometry, const HandLook& hand)
 {
-    const Vec3<float> colour = hand.skin ? skin_colour : hand.metal ? steel : wood;
+    const Vec3<float> usual = hand.skin ? skin_colour : hand.metal ? steel : wood;
+    const Vec3<float> colour = hand.mark ? hand.glow : usual;
     const float kind = hand.skin ? 1.0f : 0.0f;
     const auto so_far = [&] { return int(geometry.triangles.size()); };
     const int first = so_far();
@@ -167,6 +168,7 @@ HandRanges add_hand(Geometry& geometry, const HandLook& hand)
     for (const Mesh& mesh : hand.skins)
         add_mesh(geometry, mesh, colour, kind, "the skin of a hand");
     const int end = so_far();
+    if (hand.mark) return {{first, end - first}, {end, 0}};
     for (const DrawPrimitive& p : hand.primitives) add_hull(geometry, p, coarse_hull, colour, kind);
     return {{first, end - first}, {skins, so_far() - skins}};
 }

@@ -33,6 +33,7 @@ struct HandLook {
     bool skin = true;                       // false: an object, of wood
     bool metal = false;                     // object of steel
     Vec3<float> glow{0, 0, 0};              // rim light, linear RGB; EyePainter only
+    bool mark = false;                      // in the colour of its glow, without a shadow
 };
 
 class Painter {

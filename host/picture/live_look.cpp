@@ -1,6 +1,9 @@
 #include "host/picture/live_look.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
 
 #include "host/hands/motion.h"
 #include "host/hands/rig.h"
@@ -70,7 +73,61 @@ bool splats_hidden(const LiveState& state)
     return std::ranges::none_of(state.document->objects, shown);
 }
 
-void show_clay(EyePainter& painter, const LiveState& state)
+namespace {
+
+// sRGB to linear RGB.
+Vec3<float> linear(Vec3<double> c)
+{
+    const auto one = [](double x) {
+        return float(x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4));
+    };
+    return {one(c.x), one(c.y), one(c.z)};
+}
+
+}  // namespace
+
+ClayColours clay_colours(const LiveState& state, const ObjectPlaces* places)
+{
+    ClayColours colours;
+    const DocumentPtr& document = state.document;
+    if (!document || std::ranges::none_of(document->objects,
+                                          [](const auto& o) { return o->colour.has_value(); }))
+        return colours;
+    std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+    const auto add = [&](std::uint64_t number) { hash = (hash ^ number) * 1099511628211u; };
+    std::map<int, const SceneObject*> first;
+    std::map<int, bool> differ;
+    for (const auto& o : document->objects) {
+        const SceneObject* const other = first.try_emplace(o->category, o.get()).first->second;
+        if (o->colour.has_value() != other->colour.has_value() ||
+            (o->colour && !equal(*o->colour, *other->colour)))
+            differ[o->category] = true;
+        add(o->id.value), add(std::uint64_t(o->category));
+        if (o->colour)
+            for (const double x : {o->colour->x, o->colour->y, o->colour->z})
+                add(std::bit_cast<std::uint64_t>(x));
+    }
+    for (const auto& [category, object] : first)
+        if (object->colour && !differ.contains(category))
+            colours.of_category[category] = linear(*object->colour);
+    if (places && state.meshes && !differ.empty()) {
+        add(std::uint64_t(places->history)), add(std::uint64_t(places->frame));
+        add(std::uint64_t(places->edits));
+        for (const Mesh& mesh : *state.meshes) {
+            std::vector<Vec3<float>>& of = colours.of_vertices.emplace_back();
+            if (!differ.contains(mesh.category)) continue;
+            const Vec3<float> usual = category_colour(mesh.category);
+            for (const ObjectId id : objects_of(mesh, *document, *places)) {
+                const SceneObject* const o = document->find(id);
+                of.push_back(o && o->colour ? linear(*o->colour) : usual);
+            }
+        }
+    }
+    colours.version = long(hash >> 1) | 1;
+    return colours;
+}
+
+void show_clay(EyePainter& painter, const LiveState& state, const ClayColours* colours)
 {
     static const std::vector<Mesh> nothing;
     const std::vector<int> unseen =
@@ -78,10 +135,12 @@ void show_clay(EyePainter& painter, const LiveState& state)
     const std::vector<int> hidden =
         state.document ? state.document->hidden_categories() : std::vector<int>();
     const long version = clay_version(state);
+    const ClayColours usual = colours ? ClayColours{} : clay_colours(state, nullptr);
+    if (!colours) colours = &usual;
     if (state.on_device)
-        painter.set_device_clay(*state.on_device, version, unseen, hidden);
+        painter.set_device_clay(*state.on_device, version, unseen, hidden, *colours);
     else
-        painter.set_clay(state.meshes ? *state.meshes : nothing, version, unseen, hidden);
+        painter.set_clay(state.meshes ? *state.meshes : nothing, version, unseen, hidden, *colours);
 }
 
 std::vector<HandLook> hand_looks(const LiveState& state)

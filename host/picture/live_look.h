@@ -17,8 +17,12 @@ inline SplatMotion splat_motion(const LiveState& state)
 }
 // Whether there are splats and all their objects are hidden.
 bool splats_hidden(const LiveState& state);
+// Colours of objects that have one. `places`: of about this state, for the surface on the host,
+// vertex by vertex; null: by category, where all its objects have the same.
+ClayColours clay_colours(const LiveState& state, const ObjectPlaces* places);
 // Sets the clay of a state in a painter, with clay_version(), without that of hidden categories.
-void show_clay(EyePainter& painter, const LiveState& state);
+// `colours`: null: by category.
+void show_clay(EyePainter& painter, const LiveState& state, const ClayColours* colours = nullptr);
 // Hands at the end of a motion: their skin, scaled by the motion's size, and the tools that they
 // hold, unscaled.
 std::vector<HandLook> hand_looks(const HandsOptions& options, const Motion& motion,
