@@ -120,13 +120,25 @@ void ViewApp::frame(double passed, const std::string& screenshot)
                      panel.model(), times, panel_input(passed), window->width(), window->height()))
                 panel.apply(event, session);
         for (const std::string& file : input.dropped()) take_file(file);
-        if (!drawing || !drawing->keys_taken()) take_keys();
+        const bool any_button =
+            input.held(button_left) || input.held(button_right) || input.held(button_middle);
+        if (!any_button) buttons_ignored = false;
+        const bool transforms = gesture.has_value();
+        if (transforms)
+            take_transform();
+        else if (!drawing || !drawing->keys_taken())
+            take_keys();
         const bool dialog = drawing && drawing->popup_open();
         if (!dialog) hand_x = float(input.x()), hand_y = float(input.y());
-        if (!drawing || (!dialog && (pressing || !drawing->mouse_taken())))
+        if (transforms || buttons_ignored)
+            pointer.pressed = pressing = false;
+        else if (!drawing || (!dialog && (pressing || !drawing->mouse_taken())))
             take_mouse(passed);
         else
             pointer.pressed = pressing = false;
+        hover(input.inside() && !any_button && !gesture && !dialog &&
+              (!drawing || !drawing->mouse_taken()));
+        follow_places();
         if (panel.ui.mouse_hand != hand_controlled) control_hand(panel.ui.mouse_hand);
         simulate();
         draw();
@@ -155,7 +167,7 @@ PanelInput ViewApp::panel_input(double passed) const
     to.seconds = passed;
     to.pointer = input.inside(), to.x = float(input.x()), to.y = float(input.y());
     // A button of the panel must not see the end of a drag that began in the picture.
-    for (int b = 0; b < button_count && !pressing; ++b)
+    for (int b = 0; b < button_count && !pressing && !gesture && !buttons_ignored; ++b)
         to.down[std::size_t(b)] = input.held(MouseButton(b)) || input.clicked(MouseButton(b));
     to.wheel = float(input.wheel());
     to.control = input.control(), to.shift = input.shift();
@@ -258,6 +270,7 @@ void ViewApp::follow_history()
         return;
     }
     history = state->history, opened = state->document;
+    if (gesture) end_transform(false);
     ticks = 0, replay = {};
     time = options.scripted ? 0 : clock.now();
     pushed = -1e30;
@@ -300,6 +313,12 @@ void ViewApp::execute(const ControlEvent& event)
             return fit_camera(panel.ui.chosen);
         case Control::frame_all:
             return fit_camera({});
+        case Control::move:
+            return begin_transform(TransformKind::move);
+        case Control::turn:
+            return begin_transform(TransformKind::turn);
+        case Control::scale:
+            return begin_transform(TransformKind::scale);
         case Control::screenshot:
             wanted.push_back("");
             return;
@@ -321,6 +340,8 @@ void ViewApp::take_keys()
 {
     if (input.pressed({key_escape})) escape();
     for (const ControlEvent& event : pressed_controls(input, panel.model())) {
+        // With a hand, the key of a move curls its fingers.
+        if (event.id.control == Control::move && panel.ui.mouse_hand) continue;
         // A path or a name is asked for.
         if (std::holds_alternative<std::string>(event.value)) {
             if (drawing) drawing->begin(event.id.control);
@@ -376,16 +397,82 @@ void ViewApp::take_file(const std::string& file)
         panel.send(command, session);
 }
 
-// Chooses the object under the mouse; beside clay, what was chosen stays.
-void ViewApp::click(float x, float y)
+// Chooses the object under the mouse, beside clay none. `several`: adds it to the chosen ones, or
+// takes it away.
+void ViewApp::click(float x, float y, bool several)
 {
     const int covered = drawing ? drawing->covered() : 0;
     const Vec3<double> ray =
         cast<double>(camera.ray(x, y, window->width(), window->height(), covered));
-    const auto hit = pick(*state, cast<double>(camera.eye()), ray);
-    if (!hit) return;
-    panel.apply({{Control::object, int(hit->object.value)}, {}, 0}, session);
+    places = session.object_places(), places_at = window_time;
+    const auto hit = pick(*state, cast<double>(camera.eye()), ray, places.get());
+    if (!hit && several) return;
+    const ObjectId object = hit ? hit->object : ObjectId{};
+    const bool chosen = std::ranges::count(selection(panel.ui), object) > 0;
+    panel.apply({{Control::object, int(object.value)},
+                 several ? ControlValue(!chosen) : std::monostate(),
+                 0},
+                session);
     glow_until = window_time + 1.5;
+}
+
+// Whether the chosen objects are marked: without a hand, in scenes of several objects; else for a
+// moment.
+bool ViewApp::shows_chosen() const
+{
+    if (panel.ui.mouse_hand || !state->document) return false;
+    return state->document->objects.size() > 1 || window_time < glow_until;
+}
+
+// Keeps `places` up to date while they are shown: they are sought at most four times a second, and
+// for at most a fiftieth of the time.
+void ViewApp::follow_places()
+{
+    const auto found = session.latest_object_places();
+    if (found && found->history == history && found != places) places = found;
+    const bool coloured_now =
+        state->document && std::ranges::any_of(state->document->objects,
+                                               [](const auto& o) { return bool(o->colour); });
+    const bool shown_now =
+        (shows_chosen() && panel.ui.chosen.value) || hovered.value || coloured_now;
+    const bool other = state->document != places_of || !places || places->history != history;
+    if (shown_now && (other || places->frame != state->frame.number)) {
+        const double cost = options.scripted || !places ? 0 : 50 * places->took;
+        if (other || window_time >= places_at + std::max(0.25, cost)) {
+            places_at = window_time, places_of = state->document;
+            if (options.scripted)
+                places = session.object_places();
+            else
+                session.request_object_places();
+        }
+    }
+    std::erase_if(boxes, [&](const auto& one) { return !places || !places->find(one.first); });
+    const double seen = 5e-4 * camera.distance();
+    for (std::size_t i = 0; places && i < places->all.size(); ++i) {
+        const ObjectPlace& one = places->all[i];
+        const double wider = one.spacing;  // the surface is around the particles
+        const Vec3<double> beside{wider, wider, wider};
+        const Box3<double> to{one.box.low - beside, one.box.high + beside};
+        Box3<double>& box = boxes.try_emplace(one.object, to).first->second;
+        const Vec3<double> a = to.low - box.low, b = to.high - box.high;
+        if (std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y),
+                      std::abs(b.z)}) > seen)
+            box = to;
+    }
+}
+
+// Finds the object below the pointer. `free`: the pointer is over the picture, with no button down.
+void ViewApp::hover(bool free)
+{
+    hovered = {};
+    if (panel.ui.mouse_hand || !free || !state->scene) return;
+    constexpr double fetching = 0.1;  // of a surface on a device, at most so often [s]
+    const int covered = drawing ? drawing->covered() : 0;
+    if (!state->on_device || window_time >= sought_at + fetching)
+        find_surface(cast<double>(camera.eye()),
+                     cast<double>(camera.ray(float(input.x()), float(input.y()), window->width(),
+                                             window->height(), covered)));
+    if (below) hovered = below->object;
 }
 
 // Left: the hand presses, or a click chooses; middle, right, or Alt and left: around what is looked
@@ -407,7 +494,7 @@ void ViewApp::take_mouse(double passed)
         dragged = true;
     if (pressing && !left_held) {
         pressing = false;
-        if (!hand && !dragged && !cancelled) click(pressed_x, pressed_y);
+        if (!hand && !dragged && !cancelled) click(pressed_x, pressed_y, shift || control);
     }
     const bool any_other = middle_held || right_held;
     if (any_other && (shift || (alt && middle_held)))
@@ -459,6 +546,7 @@ void ViewApp::move_hand()
 {
     const UiState& m = panel.ui;
     panel.ui.pointing.clear();
+    if (gesture) panel.ui.pointing = gesture->text();
     tracked = {};
     tracked.time = time;
     if (!hand_controlled) return;
@@ -492,7 +580,7 @@ void ViewApp::find_surface(Vec3<double> eye, Vec3<double> ray)
     const bool moved = length(eye - sought_from) > 0 || length(ray - sought_along) > 0;
     if (!moved && (state->version == sought_in || window_time < sought_at + often)) return;
     sought_from = eye, sought_along = ray, sought_in = state->version, sought_at = window_time;
-    below = pick(*state, eye, ray);
+    below = pick(*state, eye, ray, places.get());
 }
 
 // Pushes hands, and with a script advances the simulation to this frame's time.

@@ -2,6 +2,7 @@
 // with panels.
 #pragma once
 #include <future>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -16,6 +17,7 @@
 #include "host/ui/panel_controller.h"
 #include "host/ui/panel_drawing.h"
 #include "host/ui/pick.h"
+#include "host/ui/transform_gesture.h"
 #include "render/coarse_picture.h"
 #include "render/view/losses.h"
 #include "render/view/orbit.h"
@@ -83,7 +85,19 @@ class ViewApp {
     void take_keys();
     void take_mouse(double passed);
     void take_file(const std::string& file);
-    void click(float x, float y);
+    void click(float x, float y, bool several);
+    void follow_places();
+    void hover(bool free);
+    bool shows_chosen() const;
+    // Gestures (view_transform.cpp).
+    TransformView transform_view() const;
+    void begin_transform(TransformKind kind);
+    std::optional<TransformSurface> surface_at(const TransformView& view) const;
+    void take_transform();
+    void end_transform(bool applies);
+    std::vector<HandLook> transform_looks() const;
+    std::vector<HandLook> outlines() const;
+    void follow_colours();
     void escape();
     void control_hand(bool on);
     HandsOptions hands_now() const;
@@ -128,6 +142,19 @@ class ViewApp {
     OrbitCamera camera;
     PointerHand pointer;
     HandFrame tracked;
+    std::shared_ptr<const ObjectPlaces> places;  // null: none were found yet
+    double places_at = -1e9;                     // window time when they were requested [s]
+    DocumentPtr places_of;                       // document then
+    std::map<ObjectId, Box3<double>> boxes;      // drawn around objects: changed where it is seen
+    std::optional<TransformGesture> gesture;     // under way
+    std::vector<Mesh> preview;                   // its objects when it began
+    PartedMeshes around_gesture;                 // other surfaces then
+    bool buttons_ignored = false;                // those that ended a gesture, while they are down
+    ClayColours colours;                         // of the clay that is drawn,
+    long coloured = -1;                          // of this version of it,
+    DocumentPtr colours_of;                      // this document,
+    std::shared_ptr<const ObjectPlaces> colours_at;  // and these places
+    ObjectId hovered;                                // below the pointer, without a hand; 0: none
     std::optional<Picked> below;  // the pointer, found from here, along this ray [m]
     Vec3<double> sought_from{}, sought_along{};
     long sought_in = -1;      // version of the state

@@ -12,6 +12,7 @@
 #include "host/base/interrupt.h"
 #include "host/base/machine.h"
 #include "host/desktop/view_app.h"
+#include "host/picture/outline.h"
 
 namespace knead {
 namespace {
@@ -106,11 +107,18 @@ void ViewApp::draw()
     EyeLook look;
     if (state->scene) {
         look = live_look(state->scene->scene);
-        show_clay(*painter, *state);
+        follow_colours();
+        show_clay(*painter, *state, &colours);
         if (panel.ui.chosen != glowing) glowing = panel.ui.chosen, glow_until = window_time + 1.5;
         const SceneObject* const chosen =
             state->document ? state->document->find(panel.ui.chosen) : nullptr;
-        if (window_time < glow_until && chosen) look.highlight = chosen->category;
+        // A surface is that of a category: it glows if all its objects are chosen.
+        const std::vector<ObjectId> all = selection(panel.ui);
+        if (window_time < glow_until && chosen &&
+            std::ranges::all_of(state->document->objects, [&](const auto& o) {
+                return o->category != chosen->category || std::ranges::count(all, o->id) > 0;
+            }))
+            look.highlight = chosen->category;
     }
     // A translucent hand at the mouse until a tool is active.
     if (hand_controlled && hands.empty()) {
@@ -120,8 +128,44 @@ void ViewApp::draw()
             hands.push_back(std::move(ghost));
     }
     if (hand_controlled && below && !pointer.presses()) hands.push_back(ring());
-    still.update(picture_content(view, look), window_time);
+    PictureContent content = picture_content(view, look);
+    content.hands.push_back(float(colours.version % 8388593));
+    for (HandLook& lines : gesture ? transform_looks() : outlines()) {
+        for (const Vec3<float>& p : lines.skins.front().vertices)
+            for (const float x : {p.x, p.y, p.z}) content.hands.push_back(x);
+        content.hands.push_back(lines.glow.x);
+        hands.push_back(std::move(lines));
+    }
+    still.update(std::move(content), window_time);
     paint(view, look, std::move(hands));
+}
+
+void ViewApp::follow_colours()
+{
+    const long version = clay_version(*state);
+    if (version == coloured && state->document == colours_of && places == colours_at) return;
+    coloured = version, colours_of = state->document, colours_at = places;
+    const bool known = places && places->history == history;
+    colours = clay_colours(*state, known ? places.get() : nullptr);
+}
+
+// Around the chosen objects, and the one below the pointer.
+std::vector<HandLook> ViewApp::outlines() const
+{
+    std::vector<HandLook> all;
+    const double thick = 0.003 * camera.distance();
+    const auto add = [&](ObjectId object, Vec3<float> colour) {
+        const SceneObject* const o = state->document ? state->document->find(object) : nullptr;
+        const auto box = boxes.find(object);
+        if (!o || o->hidden || box == boxes.end()) return;
+        all.push_back(mark_look(box_corners(box->second, thick), colour));
+    };
+    const std::vector<ObjectId> chosen = selection(panel.ui);
+    if (shows_chosen())
+        for (const ObjectId id : chosen) add(id, chosen_colour);
+    if (hovered.value && (!shows_chosen() || !std::ranges::count(chosen, hovered)))
+        add(hovered, hovered_colour);
+    return all;
 }
 
 // Around the point that a press begins at, on the surface.

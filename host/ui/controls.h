@@ -30,12 +30,24 @@ enum class Control {
     object,
     add,
     add_text,
+    choose_all,
+    several,
     rename,
     preset,
     quantity,
     lock,
     hide,
     remove,
+    move,
+    turn,
+    scale,
+    on_surface,
+    duplicate,
+    merge,
+    split,
+    centre,
+    reset_object,
+    colour,
     left_tool,
     right_tool,
     mouse_hand,
@@ -100,7 +112,7 @@ struct GestureRow {
     const char* effect;
     const char* like;  // programs in which the same input does this
 };
-extern const std::array<GestureRow, 14> gesture_rows;
+extern const std::array<GestureRow, 20> gesture_rows;
 
 // Keys and gestures of the window: as text for a terminal, and as Markdown lists for window.md.
 std::string keys_text();

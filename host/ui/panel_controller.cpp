@@ -26,6 +26,9 @@ bool is_of_front_end(Control control)
     switch (control) {
         case Control::frame_view:
         case Control::frame_all:
+        case Control::move:
+        case Control::turn:
+        case Control::scale:
         case Control::screenshot:
         case Control::film:
         case Control::pause:
@@ -119,7 +122,8 @@ void PanelController::follow_scene(const LiveState& state)
     ui.posture = int(state.hands.held[right].empty() ? Posture::relaxed : Posture::fist);
 }
 
-// A new object is chosen; in place of one that is gone, the first.
+// New objects are chosen; in place of the active one that is gone, another chosen one, else the
+// first of all. If none was chosen, none is.
 void PanelController::choose_object(bool anew, long frame)
 {
     std::vector<ObjectId> now;
@@ -131,8 +135,14 @@ void PanelController::choose_object(bool anew, long frame)
     std::erase_if(ui.appeared, [&](const auto& one) { return !ui.document->find(one.first); });
     for (const ObjectId id : added)
         if (!anew) ui.appeared[id] = frame;
-    if (!anew && added.size() == 1) ui.chosen = added.front();
-    if (!ui.document->find(ui.chosen)) ui.chosen = now.empty() ? ObjectId{} : now.front();
+    const bool none = ui.chosen.value == 0;
+    std::erase_if(ui.also_chosen, [&](ObjectId id) { return !ui.document->find(id); });
+    if (!ui.document->find(ui.chosen)) unchoose(ui, ui.chosen);
+    if (!anew && !added.empty()) {
+        choose(ui, {});
+        for (const ObjectId id : added) choose_more(ui, id);
+    }
+    if (!ui.chosen.value && !now.empty() && (anew || !none)) ui.chosen = now.front();
     objects_ = std::move(now);
 }
 
@@ -266,6 +276,8 @@ void PanelController::act(const ControlEvent& event, LiveSession& session)
         if (state->answered < sent_) return;
         return send(GoTo{*std::exchange(goes_to_, {})}, session);
     }
+    if (control == Control::duplicate || control == Control::centre)
+        ui.places = session.object_places();
     for (Command& one : commands_for(*state, ui, event)) {
         if (const std::string why = why_not(one, *state); !why.empty())
             note(why);

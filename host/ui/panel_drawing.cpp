@@ -111,7 +111,11 @@ const std::vector<Menu>& menus()
         {"File",
          {Control::new_scene, Control::open, Control::save, Control::save_as, Control::export_file,
           Control::quit}},
-        {"Edit", {Control::undo, Control::redo, Control::rename, Control::remove}},
+        {"Edit",
+         {Control::undo, Control::redo, Control::choose_all, Control::rename, Control::remove}},
+        {"Object",
+         {Control::move, Control::turn, Control::scale, Control::on_surface, Control::duplicate,
+          Control::merge, Control::split, Control::centre, Control::reset_object}},
         {"Simulation", {Control::pause, Control::advance, Control::reset}},
         {"View",
          {Control::frame_view, Control::frame_all, Control::mouse_hand, Control::panels,
@@ -132,6 +136,7 @@ bool only_in_menu(Control control)
         case Control::help:
         case Control::panels:
         case Control::screenshot:
+        case Control::choose_all:
             return true;
         default:
             return false;
@@ -183,7 +188,7 @@ class DearImGuiPanel final : public PanelDrawing {
     void menu_item(const PanelModel& model, Control control);
     void panel(const PanelModel& model, const TimeGraph& times);
     void section(const PanelModel& model, const PanelSection& one);
-    void object_list(const PanelSection& one);
+    void object_list(const PanelModel& model, const PanelSection& one);
     void steps(const PanelModel& model, const ControlState& one);
     void all_steps(const ControlState& one);
     void recover(const PanelModel& model);
@@ -410,7 +415,7 @@ void DearImGuiPanel::menu(const PanelModel& model)
     ImGui::EndMainMenuBar();
 }
 
-void DearImGuiPanel::object_list(const PanelSection& one)
+void DearImGuiPanel::object_list(const PanelModel& model, const PanelSection& one)
 {
     std::vector<const ControlState*> objects;
     for (const ControlState& state : one.controls)
@@ -423,11 +428,13 @@ void DearImGuiPanel::object_list(const PanelSection& one)
     ImGui::BeginChild("objects", {0, high}, true);
     for (const ControlState* object : objects) {
         ImGui::PushID(object->id.index);
-        if (widgets_.row(object->label, std::get<bool>(object->value)))
-            widgets_.event(object->id, std::monostate());
+        const bool chosen = std::get<bool>(object->value);
+        const bool several = ImGui::GetIO().KeyCtrl || ImGui::GetIO().KeyShift;
+        if (widgets_.row(object->label, chosen))
+            widgets_.event(object->id, several ? ControlValue(!chosen) : std::monostate());
         widgets_.placed(object->id);
-        if (std::get<bool>(object->value) && object->id.index != chosen_) {
-            chosen_ = object->id.index;
+        if (object->id.index == model.active && model.active != chosen_) {
+            chosen_ = model.active;
             ImGui::SetScrollHereY();
         }
         ImGui::PopID();
@@ -504,7 +511,7 @@ void DearImGuiPanel::section(const PanelModel& model, const PanelSection& one)
         one.part == PanelPart::view ? 0 : ImGuiTreeNodeFlags_DefaultOpen;
     if (!ImGui::CollapsingHeader(part_titles[std::size_t(one.part)], flags)) return;
     widgets_.end_row();
-    if (one.part == PanelPart::clay) object_list(one);
+    if (one.part == PanelPart::clay) object_list(model, one);
     bool fingers = true, shows_fingers = false;
     for (const ControlState& state : one.controls) {
         const Control control = state.id.control;
@@ -715,7 +722,7 @@ void DearImGuiPanel::touch_controls(const PanelModel& model, const PanelSection&
     ControlState objects;
     for (const ControlState& state : one.controls) {
         if (state.id.control != Control::object) continue;
-        if (std::get<bool>(state.value)) objects.value = int(objects.choices.size());
+        if (state.id.index == model.active) objects.value = int(objects.choices.size());
         objects.choices.push_back(state.label);
     }
     if (!objects.choices.empty()) {

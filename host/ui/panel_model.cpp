@@ -10,6 +10,7 @@
 #include "host/document/export_plan.h"
 #include "host/scene/new_scene.h"
 #include "host/scene/presets.h"
+#include "host/ui/arrange.h"
 #include "host/ui/material_feel.h"
 #include "host/ui/panel_commands.h"
 #include "host/ui/session_line.h"
@@ -32,6 +33,11 @@ constexpr const char* finger_names[] = {"Thumb", "Index", "Middle", "Ring", "Lit
 const SceneObject* chosen_object(const UiState& ui)
 {
     return ui.document ? ui.document->find(ui.chosen) : nullptr;
+}
+
+bool is_chosen(const UiState& ui, ObjectId id)
+{
+    return id == ui.chosen || std::ranges::count(ui.also_chosen, id) > 0;
 }
 
 int place_of(const std::vector<std::string>& all, const std::string& one)
@@ -155,21 +161,68 @@ void add_adding(Builder& to, const LiveState& state, const UiState& ui)
         one->why_not = why_not(AddObject{}, state);
 }
 
+// Why no command applies to the chosen objects; "": none of them is locked.
+std::string locked_of(const UiState& ui)
+{
+    const std::vector<ObjectId> all = selection(ui);
+    for (const ObjectId id : all)
+        if (const SceneObject* const o = ui.document->find(id); o->locked)
+            return all.size() == 1 ? "the object is locked" : "\"" + o->name + "\" is locked";
+    return {};
+}
+
+int colour_of(const SceneObject& object)
+{
+    if (!object.colour) return 0;
+    for (std::size_t i = 1; i < object_colours.size(); ++i)
+        if (equal(object_colours[i].colour, *object.colour)) return int(i);
+    return -1;
+}
+std::vector<std::string> colour_names()
+{
+    std::vector<std::string> names;
+    for (const NamedColour& one : object_colours) names.push_back(one.name);
+    return names;
+}
+
+// What moves, copies and joins the chosen objects.
+void add_arranging(Builder& to, const LiveState& state, const UiState& ui)
+{
+    const auto why = [&](const Command& command) {
+        const std::string not_available = why_not(command, state);
+        return not_available.empty() ? locked_of(ui) : not_available;
+    };
+    to.button(Control::move, why(MoveObjects{}));
+    to.button(Control::turn, why(MoveObjects{}));
+    to.button(Control::scale, why(ScaleObjects{}));
+    to.toggle(Control::on_surface, ui.on_surface);
+    to.button(Control::duplicate, why_not(CopyObjects{}, state));
+    const bool one = selection(ui).size() < 2;
+    to.button(Control::merge, one ? "at least two objects have to be chosen" : why(MergeObjects{}));
+    to.button(Control::split, why(SplitObject{}));
+    to.button(Control::centre, why(MoveObjects{}));
+    to.button(Control::reset_object, why(ResetObjects{}));
+}
+
 void add_clay(Builder& to, PanelModel& model, const LiveState& state, const UiState& ui)
 {
     if (!ui.document) return;
     for (const auto& object : ui.document->objects) {
         ControlState* const one =
-            to.add(Control::object, object->id == ui.chosen, int(object->id.value));
+            to.add(Control::object, is_chosen(ui, object->id), int(object->id.value));
         if (one) one->label = object->name;
     }
     add_adding(to, state, ui);
+    to.button(Control::choose_all, ui.document->objects.empty() ? "there is no object" : "");
+    to.toggle(Control::several, ui.several);
     const SceneObject* const object = chosen_object(ui);
     if (!object) return;
     if (ControlState* const one = to.add(Control::rename, object->name)) one->label = "Name";
     to.toggle(Control::lock, object->locked);
     to.toggle(Control::hide, object->hidden);
-    to.button(Control::remove, object->locked ? "the object is locked" : "");
+    to.button(Control::remove, locked_of(ui));
+    add_arranging(to, state, ui);
+    to.choice(Control::colour, colour_of(*object), colour_names());
     add_material(to, *object);
     for (PanelSection& section : model.sections)
         for (ControlState& one : section.controls)
@@ -278,11 +331,19 @@ std::vector<Command> tool_command(const ControlEvent& event)
     return {command};
 }
 
+// Commands take the active object first: of several that are merged it stays.
+std::vector<ObjectRef> chosen_refs(const UiState& ui)
+{
+    std::vector<ObjectRef> refs;
+    for (const ObjectId id : selection(ui)) refs.push_back(id);
+    return refs;
+}
+
 std::vector<Command> object_command(const UiState& ui, const ControlEvent& event)
 {
     const SceneObject* const object = chosen_object(ui);
     if (!object) return {};
-    if (event.id.control == Control::remove) return {RemoveObjects{{object->id}}};
+    if (event.id.control == Control::remove) return {RemoveObjects{chosen_refs(ui)}};
     if (event.id.control == Control::rename) {
         const std::string* const name = value_of<std::string>(event);
         if (!name || *name == object->name) return {};
@@ -290,9 +351,48 @@ std::vector<Command> object_command(const UiState& ui, const ControlEvent& event
     }
     const bool* const on = value_of<bool>(event);
     if (!on) return {};
-    SetFlags command{object->id, {}, {}};
-    (event.id.control == Control::lock ? command.locked : command.hidden) = *on;
-    return {command};
+    std::vector<Command> all;
+    for (const ObjectId id : selection(ui)) {
+        SetFlags command{id, {}, {}};
+        (event.id.control == Control::lock ? command.locked : command.hidden) = *on;
+        all.push_back(command);
+    }
+    return all;
+}
+
+// Of controls that move, copy, join or colour the chosen objects; of others nothing. `ui.places`
+// are those of this moment.
+std::vector<Command> arranging_command(const LiveState& state, const UiState& ui,
+                                       const ControlEvent& event)
+{
+    const std::vector<ObjectRef> refs = chosen_refs(ui);
+    const Control control = event.id.control;
+    if (refs.empty() || !state.scene) return {};
+    if (control == Control::merge) return {MergeObjects{refs, {}}};
+    if (control == Control::reset_object) return {ResetObjects{refs}};
+    if (control == Control::split) {
+        std::vector<Command> all;
+        for (const ObjectRef& ref : refs) all.push_back(SplitObject{ref, {}, true, {}, {}});
+        return all;
+    }
+    if (control == Control::colour) {
+        const int* const at = value_of<int>(event);
+        if (!at || *at < 0 || std::size_t(*at) >= object_colours.size()) return {};
+        return {SetColour{refs, *at == 0 ? std::nullopt
+                                         : std::optional(object_colours[std::size_t(*at)].colour)}};
+    }
+    if (!ui.places || (control != Control::duplicate && control != Control::centre)) return {};
+    const std::vector<ObjectId> chosen = selection(ui);
+    const WallOptions& walls = ui.document->scene->walls;
+    const Vec3<double> origin = state.scene->scene.origin;
+    const CommonPlace common = common_place(*ui.places, chosen);
+    const Vec3<double> size = common.box.high - common.box.low;
+    // A surface is about a cell around its clay.
+    const double gap =
+        std::min(2 * state.scene->scene.setup.lattice.dx, std::max({size.x, size.y, size.z}) / 4);
+    const Surroundings around{*ui.places, {walls.min - origin, walls.max - origin}, gap};
+    if (control == Control::duplicate) return {CopyObjects{refs, beside(around, chosen), {}, {}}};
+    return {MoveObjects{refs, to_middle(around, chosen), {}, {}}};
 }
 
 Open open_command(const UiState& ui, const std::string& file)
@@ -308,8 +408,7 @@ Export export_command(const UiState& ui, const std::string& file)
     if (ui.export_what > 0)
         command.what = export_contents.at(std::size_t(ui.export_what - 1)).second;
     if (ui.export_unit > 0) command.unit = length_units.at(std::size_t(ui.export_unit - 1)).second;
-    if (ui.export_chosen && chosen_object(ui))
-        command.objects = std::vector<ObjectRef>{chosen_object(ui)->id};
+    if (ui.export_chosen && chosen_object(ui)) command.objects = chosen_refs(ui);
     return command;
 }
 
@@ -323,6 +422,35 @@ std::vector<Command> file_command(const LiveState& state, const UiState& ui,
     if (event.id.control == Control::save_as) return {Save{*file, {}}};
     if (event.id.control == Control::export_file) return {export_command(ui, *file)};
     return {open_command(ui, *file)};
+}
+
+// Of what is chosen and how it is moved.
+bool change_choice(UiState& ui, const ControlEvent& event)
+{
+    const bool* const on = value_of<bool>(event);
+    switch (event.id.control) {
+        case Control::object: {
+            const ObjectId id{std::uint32_t(event.id.index)};
+            if (on || ui.several)
+                (on ? *on : !is_chosen(ui, id)) ? choose_more(ui, id) : unchoose(ui, id);
+            else
+                choose(ui, id);
+            return true;
+        }
+        case Control::choose_all:
+            choose(ui, {});
+            for (std::size_t i = 0; ui.document && i < ui.document->objects.size(); ++i)
+                choose_more(ui, ui.document->objects[i]->id);
+            return true;
+        case Control::several:
+            ui.several = on ? *on : !ui.several;
+            return true;
+        case Control::on_surface:
+            ui.on_surface = on ? *on : !ui.on_surface;
+            return true;
+        default:
+            return false;
+    }
 }
 
 }  // namespace
@@ -343,6 +471,37 @@ const std::vector<std::string>& holdable_tools()
         return names;
     }();
     return all;
+}
+
+std::vector<ObjectId> selection(const UiState& ui)
+{
+    std::vector<ObjectId> all;
+    const auto add = [&](ObjectId id) {
+        if (ui.document && ui.document->find(id)) all.push_back(id);
+    };
+    add(ui.chosen);
+    for (const ObjectId id : ui.also_chosen) add(id);
+    return all;
+}
+
+void choose(UiState& ui, ObjectId object) { ui.chosen = object, ui.also_chosen.clear(); }
+
+void choose_more(UiState& ui, ObjectId object)
+{
+    if (object == ui.chosen) return;
+    std::erase(ui.also_chosen, object);
+    if (ui.chosen.value) ui.also_chosen.push_back(ui.chosen);
+    ui.chosen = object;
+}
+
+void unchoose(UiState& ui, ObjectId object)
+{
+    std::erase(ui.also_chosen, object);
+    if (object != ui.chosen) return;
+    ui.chosen = {};
+    if (ui.also_chosen.empty()) return;
+    ui.chosen = ui.also_chosen.back();
+    ui.also_chosen.pop_back();
 }
 
 PanelModel panel_model(const LiveState& state, const UiState& ui)
@@ -366,6 +525,7 @@ PanelModel panel_model(const LiveState& state, const UiState& ui)
     model.failure = state.failure, model.notice = ui.notice, model.pointing = ui.pointing;
     model.facts = ui.facts, model.question = ui.question;
     model.open = ui.open, model.help = ui.help;
+    model.active = int(ui.chosen.value);
     return model;
 }
 
@@ -424,19 +584,17 @@ std::vector<Command> commands_for(const LiveState& state, const UiState& ui,
             if (const int* const value = value_of<int>(event)) return {SetSurface{*value}};
             return {};
         default:
-            return {};
+            return arranging_command(state, ui, event);
     }
 }
 
 bool change(UiState& ui, const ControlEvent& event)
 {
+    if (change_choice(ui, event)) return true;
     const bool* const on = value_of<bool>(event);
     const double* const number = value_of<double>(event);
     const int* const whole = value_of<int>(event);
     switch (event.id.control) {
-        case Control::object:
-            ui.chosen = {std::uint32_t(event.id.index)};
-            return true;
         case Control::add_text:
             if (const std::string* const text = value_of<std::string>(event)) ui.text = *text;
             return true;

@@ -1,6 +1,7 @@
 // What the panel shows, for window and headset alike: a pure function of the published state and of
 // the state of the user interface. Independent of Dear ImGui, OpenGL and OpenXR.
 #pragma once
+#include <array>
 #include <map>
 #include <memory>
 #include <optional>
@@ -83,6 +84,7 @@ struct PanelModel {
     std::string pointing;              // beside the pointer; "": nothing
     std::vector<std::string> facts;    // lines of text: solver, renderer, frames, lag
     PanelQuestion question;
+    int active = 0;                  // number of the active object; 0: none
     bool open = true, help = false;  // the panel; the list of keys
     bool operator==(const PanelModel&) const = default;
 
@@ -98,7 +100,14 @@ struct UiState {
 
     // The published document with all unanswered commands applied. Null: none was published yet.
     DocumentPtr document;
-    ObjectId chosen;                          // the object that controls change
+    // The objects that controls change: the active one, whose name and material are shown, and
+    // further ones in the order in which they were chosen. None: 0.
+    ObjectId chosen;
+    std::vector<ObjectId> also_chosen;
+    // Where objects are; of the last time that it was needed. Null: never.
+    std::shared_ptr<const ObjectPlaces> places;
+    bool on_surface = false;                  // moves put objects on what is below the pointer
+    bool several = false;                     // of the headset: the list adds and takes away
     std::map<ObjectId, long> appeared;        // objects that came later: number of the frame before
     std::string scene;                        // path of the scene or session that was opened
     std::string saves_as;                     // suggested path of a session
@@ -125,6 +134,13 @@ struct UiState {
     std::vector<std::string> facts;
 };
 
+// The chosen objects of the document, the active one first.
+std::vector<ObjectId> selection(const UiState& ui);
+// Chooses an object alone, or adds it to the chosen ones as the active one. 0: clears.
+void choose(UiState& ui, ObjectId object);
+void choose_more(UiState& ui, ObjectId object);
+void unchoose(UiState& ui, ObjectId object);
+
 PanelModel panel_model(const LiveState& state, const UiState& ui);
 
 // The commands that a control sends. Empty if it changes only the user interface, or if the event
@@ -136,6 +152,23 @@ bool change(UiState& ui, const ControlEvent& event);
 
 // Tools that a hand can hold; the first, the bare hand, is named "".
 const std::vector<std::string>& holdable_tools();
+// Colours of objects; the first is that of the category. sRGB.
+struct NamedColour {
+    const char* name;
+    Vec3<double> colour;
+};
+inline constexpr std::array<NamedColour, 12> object_colours{{{"of its category", {0, 0, 0}},
+                                                             {"white", {0.95, 0.95, 0.93}},
+                                                             {"grey", {0.5, 0.5, 0.5}},
+                                                             {"black", {0.12, 0.12, 0.13}},
+                                                             {"red", {0.8, 0.16, 0.12}},
+                                                             {"orange", {0.95, 0.5, 0.1}},
+                                                             {"yellow", {0.95, 0.8, 0.2}},
+                                                             {"green", {0.25, 0.6, 0.25}},
+                                                             {"blue", {0.2, 0.4, 0.8}},
+                                                             {"violet", {0.5, 0.3, 0.7}},
+                                                             {"pink", {0.95, 0.6, 0.7}},
+                                                             {"brown", {0.45, 0.28, 0.16}}}};
 // Range of the slider of gravity; other values can be typed or given by a command.
 inline constexpr SliderRange gravity_slider{0, 20};
 // Whole numbers of the panel; others by a command.

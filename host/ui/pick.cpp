@@ -147,7 +147,8 @@ ObjectId nearest_to(const Document& document, Vec3<double> point, Belongs&& belo
 
 }  // namespace
 
-std::optional<Picked> pick(const LiveState& state, Vec3<double> origin, Vec3<double> direction)
+std::optional<Picked> pick(const LiveState& state, Vec3<double> origin, Vec3<double> direction,
+                           const ObjectPlaces* places)
 {
     const double norm = length(direction);
     if (!state.document || !(norm > 0)) return {};
@@ -166,14 +167,35 @@ std::optional<Picked> pick(const LiveState& state, Vec3<double> origin, Vec3<dou
     const std::vector<int> hidden = document.hidden_categories();
     const Meshes meshes = meshes_of(state);
     for (const Mesh& mesh : *meshes)
-        if (std::find(hidden.begin(), hidden.end(), mesh.category) == hidden.end())
-            offer(hit(ray, mesh),
-                  [&](const SceneObject& o) { return o.category == mesh.category; });
+        if (std::find(hidden.begin(), hidden.end(), mesh.category) == hidden.end()) {
+            const Hit found = hit(ray, mesh);
+            ObjectId known;
+            if (places && found.distance < best.distance)
+                known = places->nearest(document, mesh.category, ray.at(found.distance));
+            if (known.value && document.find(known)->hidden) known = {};
+            offer(found, [&](const SceneObject& o) {
+                return known.value ? o.id == known : o.category == mesh.category;
+            });
+        }
     const bool splats = std::any_of(document.objects.begin(), document.objects.end(),
                                     [](const auto& o) { return made_of_splats(*o) && !o->hidden; });
     if (state.splats && splats) offer(hit(ray, state), made_of_splats);
     if (best.distance == nowhere) return {};
     return best;
+}
+
+std::optional<SurfaceHit> pick_surface(const std::vector<Mesh>& meshes, Vec3<double> origin,
+                                       Vec3<double> direction)
+{
+    const double norm = length(direction);
+    if (!(norm > 0)) return {};
+    const Vec3<double> along = (1 / norm) * direction, u = orthogonal(along);
+    const Ray ray{origin, u, cross(along, u), along};
+    Hit best;
+    for (const Mesh& mesh : meshes)
+        if (const Hit found = hit(ray, mesh); found.distance < best.distance) best = found;
+    if (best.distance == nowhere) return {};
+    return SurfaceHit{ray.at(best.distance), best.normal, best.distance};
 }
 
 }  // namespace knead

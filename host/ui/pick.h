@@ -15,9 +15,18 @@ struct Picked {
 
 // The nearest object along the ray, in the simulation's frame; nothing if it hits no clay. The
 // surface and the splats are those of the state; objects that are not drawn, and hidden ones, are
-// left out. Of several objects of the category that was hit, the one whose place in the document
-// is nearest to the hit: which of them the clay belongs to, the surface does not say. Waits for a
-// surface on a device. `direction`: of any length but 0.
-std::optional<Picked> pick(const LiveState& state, Vec3<double> origin, Vec3<double> direction);
+// left out. The surface does not say to which of several objects of a category clay belongs: with
+// `places` it is the one whose clay was nearest to the hit, else the one whose place in the
+// document is. Waits for a surface on a device. `direction`: of any length but 0.
+std::optional<Picked> pick(const LiveState& state, Vec3<double> origin, Vec3<double> direction,
+                           const ObjectPlaces* places = nullptr);
+
+// Where the ray hits the nearest of these surfaces.
+struct SurfaceHit {
+    Vec3<double> point{}, normal{};  // [m]; unit, outward
+    double distance = 0;             // [m]
+};
+std::optional<SurfaceHit> pick_surface(const std::vector<Mesh>& meshes, Vec3<double> origin,
+                                       Vec3<double> direction);
 
 }  // namespace knead

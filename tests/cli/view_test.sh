@@ -93,7 +93,7 @@ cat >"$out/led" <<END
 0 key h tap
 0 key tab tap
 0.1 key control down
-0.1 key r tap
+0.1 key h tap
 0.1 key control up
 0.3 key space tap
 0.35 key n tap
@@ -126,13 +126,15 @@ grep -q " 0 particle-substeps" "$out/said.txt" && fail "the hand that is recorde
     >"$out/said.txt" 2>"$out/errors.txt"
 [ $? -eq 2 ] || fail "--record with another ending is wrong usage"
 
-# R begins the scene anew at once: undo takes it back. The mouse still leads: its hand, which had
-# touched nothing, now does, and the recorded ones do not come back.
+# Ctrl+R begins the scene anew at once: undo takes it back. The mouse still leads: its hand, which
+# had touched nothing, now does, and the recorded ones do not come back.
 cat >"$out/anew" <<END
 0 move 200 120
 0 key h tap
 0 key tab tap
+0.12 key control down
 0.12 key r tap
+0.12 key control up
 0.4 button left down
 END
 "$knead" view scenes/squeeze.json "${small[@]}" --script "$out/anew" --frames 90 --overwrite \
@@ -208,7 +210,9 @@ grep -q '"undo":{}' "$out/gone_on"/*.commands 2>/dev/null || fail "Ctrl+Z is no 
 grep -q '"[^"]*clay.knead"' "$out/state/knead/recent.json" || fail "the session is no recent file"
 # What is not saved is asked about: escape keeps the window; so does a question without an answer.
 cat >"$out/ask" <<END
+0.05 key control down
 0.05 key r tap
+0.05 key control up
 0.1 close
 0.15 key escape tap
 0.2 close

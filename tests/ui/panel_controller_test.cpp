@@ -224,6 +224,158 @@ TEST(Panel, ANewObjectIsChosenAndTheFirstInPlaceOfOneThatIsGone)
     EXPECT_EQ(session.live.state()->document->objects.size(), 1u);
 }
 
+TEST(Panel, SeveralObjectsAreChosenAndCommandsApplyToAll)
+{
+    PanelSession session;
+    for (int i = 0; i < 2; ++i) ASSERT_TRUE(session.act(Control::add, 0));
+    const auto document = [&] { return session.live.state()->document; };
+    const int a = int(document()->objects[0]->id.value), b = int(document()->objects[1]->id.value),
+              c = int(document()->objects[2]->id.value);
+    const auto chosen = [&] {
+        std::vector<int> all;
+        for (const ObjectId id : selection(session.panel.ui)) all.push_back(int(id.value));
+        return all;
+    };
+    using All = std::vector<int>;
+    EXPECT_EQ(chosen(), All{c});
+    session.act(Control::object, {}, a);
+    EXPECT_EQ(chosen(), All{a});
+    session.act(Control::object, true, b);
+    EXPECT_EQ(chosen(), (All{b, a})) << "the last one is the active one";
+    EXPECT_EQ(session.panel.model().active, b);
+    EXPECT_TRUE(std::get<bool>(session.shown(Control::object, a).value));
+    EXPECT_TRUE(std::get<bool>(session.shown(Control::object, b).value));
+    EXPECT_FALSE(std::get<bool>(session.shown(Control::object, c).value));
+    session.act(Control::object, true, b);
+    EXPECT_EQ(chosen(), (All{b, a})) << "again";
+    session.act(Control::object, false, b);
+    EXPECT_EQ(chosen(), All{a});
+    session.act(Control::object, false, a);
+    EXPECT_EQ(chosen(), All{});
+    EXPECT_EQ(session.panel.model().find({Control::preset, 0}), nullptr);
+    EXPECT_TRUE(session.act(Control::gravity, 3.0));
+    EXPECT_EQ(chosen(), All{}) << "a command chooses none";
+    session.act(Control::choose_all);
+    EXPECT_EQ(chosen(), (All{c, a, b}));
+    EXPECT_TRUE(session.act(Control::hide, true));
+    for (const auto& o : document()->objects) EXPECT_TRUE(o->hidden);
+    session.act(Control::object, {}, 0);
+    EXPECT_EQ(chosen(), All{});
+    session.act(Control::object, {}, b);
+    session.act(Control::object, true, c);
+    EXPECT_TRUE(session.act(Control::remove));
+    ASSERT_EQ(document()->objects.size(), 1u);
+    EXPECT_EQ(chosen(), All{a}) << "the first in place of those that are gone";
+    EXPECT_TRUE(session.act(Control::undo));
+    EXPECT_EQ(chosen(), (All{c, b})) << "those that came back";
+    // A locked one refuses all.
+    EXPECT_TRUE(session.act(Control::lock, true));
+    session.act(Control::object, true, a);
+    EXPECT_NE(session.shown(Control::remove).why_not, "");
+    EXPECT_FALSE(session.act(Control::remove));
+    EXPECT_EQ(document()->objects.size(), 3u);
+}
+
+// Commands of the chosen objects, by both panels, each a step.
+TEST(Panel, ArrangesTheChosenObjects)
+{
+    for (const unsigned in : {unsigned(in_window), unsigned(in_headset)}) {
+        PanelSession session(in);
+        const auto document = [&] { return session.live.state()->document; };
+        const auto number = [&](std::size_t i) { return int(document()->objects[i]->id.value); };
+        EXPECT_NE(session.shown(Control::merge).why_not, "") << "one is chosen";
+        session.panel.send(ScaleObjects{{ObjectId{1}}, 0.5}, session.live);
+        session.settle();
+        const auto first = session.live.object_places()->all.at(0);
+        EXPECT_TRUE(session.act(Control::colour, session.choice(Control::colour, "orange")));
+        EXPECT_TRUE(document()->objects[0]->colour);
+        EXPECT_TRUE(session.act(Control::duplicate)) << session.live.state()->refusal;
+        ASSERT_EQ(document()->objects.size(), 2u);
+        EXPECT_EQ(session.panel.ui.chosen, document()->objects[1]->id) << "the copy is chosen";
+        EXPECT_TRUE(document()->objects[1]->colour);
+        const auto both = session.live.object_places();
+        const Box3<double> box = both->all.at(1).box;
+        EXPECT_LT(length(box.high - box.low - (first.box.high - first.box.low)), 1e-5);
+        EXPECT_TRUE(session.act(Control::centre)) << session.live.state()->refusal;
+        const WallOptions& walls = document()->scene->walls;
+        const Vec3<double> middle =
+            0.5 * (walls.min + walls.max) - session.live.state()->scene->scene.origin;
+        const Box3<double> moved = session.live.object_places()->all.at(1).box;
+        EXPECT_NEAR(0.5 * (moved.low.x + moved.high.x), middle.x, 1e-5);
+        EXPECT_NEAR(0.5 * (moved.low.z + moved.high.z), middle.z, 1e-5);
+        EXPECT_TRUE(session.act(Control::reset_object)) << session.live.state()->refusal;
+        session.panel.send(MoveObjects{{session.panel.ui.chosen}, Vec3<double>{0, 0.1, 0}, {}, {}},
+                           session.live);
+        session.settle();
+        ASSERT_EQ(session.live.state()->refused, 0) << session.live.state()->refusal;
+        // Both into one, and apart again.
+        if (in == in_headset) {
+            EXPECT_TRUE(session.act(Control::several, true));
+            EXPECT_TRUE(session.act(Control::object, {}, number(0)));
+        } else {
+            EXPECT_TRUE(session.act(Control::choose_all));
+        }
+        ASSERT_EQ(selection(session.panel.ui).size(), 2u);
+        EXPECT_EQ(session.shown(Control::merge).why_not, "");
+        const auto steps = session.live.state()->steps->size();
+        EXPECT_TRUE(session.act(Control::merge)) << session.live.state()->refusal;
+        EXPECT_EQ(document()->objects.size(), 1u);
+        EXPECT_EQ(session.live.state()->steps->size(), steps + 1);
+        EXPECT_FALSE(session.act(Control::reset_object)) << "merged";
+        EXPECT_NE(session.live.state()->refusal.find("merged or split"), std::string::npos);
+        EXPECT_TRUE(session.act(Control::split)) << session.live.state()->refusal;
+        EXPECT_EQ(document()->objects.size(), 2u);
+        EXPECT_FALSE(session.act(Control::split)) << "in one piece";
+        EXPECT_TRUE(session.act(Control::undo));
+        EXPECT_EQ(document()->objects.size(), 1u);
+        EXPECT_TRUE(session.act(Control::lock, true));
+        for (const Control one : {Control::split, Control::centre, Control::reset_object})
+            EXPECT_EQ(session.shown(one).why_not, "the object is locked");
+        const DocumentPtr locked = document();
+        for (const Control one : {Control::split, Control::centre, Control::reset_object})
+            session.act(one);
+        EXPECT_TRUE(equal(*document(), *locked));
+        EXPECT_TRUE(session.act(Control::lock, false));
+        EXPECT_TRUE(session.act(Control::colour, 0));
+        EXPECT_FALSE(document()->objects[0]->colour);
+        EXPECT_TRUE(session.act(Control::colour, 99)) << "without effect";
+        if (in == in_window) {
+            EXPECT_TRUE(session.act(Control::move));
+            EXPECT_EQ(session.executed.back(), Control::move) << "by the window";
+        }
+        // Nothing is chosen.
+        session.panel.ui.several = false;
+        session.act(Control::object, {}, 77);
+        for (const Control one : {Control::duplicate, Control::merge, Control::split,
+                                  Control::centre, Control::reset_object, Control::colour})
+            EXPECT_TRUE(session.act(one)) << "without effect";
+    }
+}
+
+TEST(Panel, PlacesOfObjectsAreThoseOfTheirClay)
+{
+    PanelSession session;
+    ASSERT_TRUE(session.act(Control::add, 2));
+    const auto state = session.live.state();
+    const auto places = session.live.object_places();
+    ASSERT_EQ(places->all.size(), 2u);
+    EXPECT_EQ(places->history, state->history);
+    for (const ObjectPlace& one : places->all) {
+        const SceneObject& o = *state->document->find(one.object);
+        const Vec3<double> centre = o.pose.p - state->scene->scene.origin;
+        EXPECT_LT(length(one.centre - centre), 0.01) << o.name;
+        const Vec3<double> size = one.box.high - one.box.low, own = own_extents(o);
+        EXPECT_NEAR(size.x, own.x, 2 * one.spacing) << o.name;
+        EXPECT_NEAR(size.y, own.y, 2 * one.spacing) << o.name;
+        EXPECT_FALSE(one.some.empty());
+        EXPECT_EQ(places->nearest(*state->document, o.category, one.centre), one.object);
+    }
+    std::vector<ObjectId> both{places->all[0].object, places->all[1].object};
+    const CommonPlace common = common_place(*places, both);
+    EXPECT_LT(length(common.centre - 0.5 * (places->all[0].centre + places->all[1].centre)), 1e-12);
+    EXPECT_FALSE(common_place(*places, {ObjectId{99}}).any());
+}
+
 // What is typed into a slider may lie beyond its ends, but not beyond what can be.
 TEST(Panel, ATypedNumberThatCannotBeLeavesTheControl)
 {

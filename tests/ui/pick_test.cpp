@@ -106,6 +106,36 @@ TEST(Pick, OfOneCategoryTheObjectNearestToTheHit)
 }
 
 // Through an edge, and through a corner of the mesh, to the bit.
+// The document has the places of commands; clay has rolled since.
+TEST(Pick, WithPlacesTheObjectWhoseClayIsNearestToTheHit)
+{
+    Table table;
+    const V left{0.2, 0.3, 0.5}, right{0.8, 0.3, 0.5};
+    table.document.objects = {object(1, 0, left, {0.2, 0.2, 0.2}),
+                              object(2, 0, right, {0.2, 0.2, 0.2})};
+    table.meshes = {ball_mesh(0, left, 0.1, 12)};
+    const Mesh other = ball_mesh(0, right, 0.1, 12);
+    const int first = int(table.meshes[0].vertices.size());
+    for (const Vec3<float>& v : other.vertices) table.meshes[0].vertices.push_back(v);
+    for (const Int3& t : other.triangles)
+        table.meshes[0].triangles.push_back({t.x + first, t.y + first, t.z + first});
+    LiveState& state = table.made();
+    // The two have changed their places.
+    const auto place = [](unsigned id, V centre) {
+        const V half{0.1, 0.1, 0.1};
+        return ObjectPlace{
+            {id}, {centre - half, centre + half}, centre, 0.01, {cast<float>(centre)}};
+    };
+    ObjectPlaces places;
+    places.all = {place(1, right), place(2, left)};
+    const V from{0.2, 0.3, 3}, along{0, 0, -1};
+    EXPECT_EQ(pick(state, from, along)->object, ObjectId{1});
+    EXPECT_EQ(pick(state, from, along, &places)->object, ObjectId{2});
+    EXPECT_EQ(pick(state, {0.8, 0.3, 3}, along, &places)->object, ObjectId{1});
+    places.all.clear();
+    EXPECT_EQ(pick(state, from, along, &places)->object, ObjectId{1}) << "none were found";
+}
+
 TEST(Pick, NoRayPassesBetweenTriangles)
 {
     Table t;

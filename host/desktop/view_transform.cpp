@@ -1,0 +1,128 @@
+// Moving, turning and scaling of objects in the window of `knead view`.
+#include <algorithm>
+#include <utility>
+
+#include "host/desktop/view_app.h"
+#include "host/document/reduce.h"
+#include "host/picture/outline.h"
+#include "host/ui/panel_commands.h"
+#include "host/ui/session_line.h"
+
+namespace knead {
+
+TransformView ViewApp::transform_view() const
+{
+    const int covered = drawing ? drawing->covered() : 0;
+    return {cast<double>(camera.eye()), cast<double>(camera.forward()),
+            cast<double>(camera.ray(float(input.x()), float(input.y()), window->width(),
+                                    window->height(), covered))};
+}
+
+// The command that a gesture would send says first why it cannot be.
+void ViewApp::begin_transform(TransformKind kind)
+{
+    const std::vector<ObjectId> chosen = selection(panel.ui);
+    if (panel.ui.mouse_hand) return panel.note("The mouse leads a hand: H lets go of it.");
+    if (chosen.empty()) return panel.note("No object is chosen: click on one.");
+    const std::vector<ObjectRef> refs(chosen.begin(), chosen.end());
+    const Command moves = MoveObjects{refs, Vec3<double>{1e-3, 0, 0}, {}, {}};
+    if (const std::string why = why_not(moves, *state); !why.empty()) return panel.note(why);
+    IdSource unused;
+    const auto result = reduce(panel.ui.document, moves, unused);
+    if (const Refusal* refusal = std::get_if<Refusal>(&result)) return panel.note(refusal->text());
+    places = session.object_places(), places_at = window_time;
+    const CommonPlace common = common_place(*places, chosen);
+    if (!common.any()) return panel.note("The chosen object has no clay.");
+    gesture.emplace(kind, chosen, common.centre, transform_view());
+    std::vector<Vec3<float>> some;
+    for (const ObjectId id : chosen)
+        if (const ObjectPlace* const one = places->find(id))
+            some.insert(some.end(), one->some.begin(), one->some.end());
+    gesture->set_clay(std::move(some), common.spacing);
+    around_gesture = parted(*meshes_of(*state), *state->document, *places, chosen);
+    preview = std::exchange(around_gesture.some, {});
+    for (const ObjectId id : chosen)
+        if (const auto box = boxes.find(id); box != boxes.end() && preview.empty())
+            preview.push_back(box_corners(box->second, 0.003 * camera.distance()));
+    below.reset(), hovered = {};
+    pressing = false;
+}
+
+// The clay of other objects below the pointer, as it was when the gesture began; else the floor.
+std::optional<TransformSurface> ViewApp::surface_at(const TransformView& view) const
+{
+    if (const auto hit = pick_surface(around_gesture.others, view.eye, view.ray))
+        return TransformSurface{hit->point, hit->normal};
+    const WallOptions& walls = shown->scene.setup.walls;
+    if (!(view.ray.y < 0)) return {};
+    const Vec3<double> point = view.eye + ((walls.min.y - view.eye.y) / view.ray.y) * view.ray;
+    const bool inside = point.x >= walls.min.x && point.x <= walls.max.x &&
+                        point.z >= walls.min.z && point.z <= walls.max.z;
+    if (!inside) return {};
+    return TransformSurface{{point.x, walls.min.y, point.z}, {0, 1, 0}};
+}
+
+// All keys and buttons are the gesture's while there is one.
+void ViewApp::take_transform()
+{
+    for (const int c : input.typed()) gesture->type(c);
+    if (input.went_down(key_backspace)) gesture->erase();
+    for (int axis = 0; axis < 3; ++axis)
+        if (input.went_down('X' + axis)) gesture->choose_axis(axis, input.shift());
+    const bool flips = input.control() && input.shift();
+    const TransformView view = transform_view();
+    std::optional<TransformSurface> surface;
+    if (gesture->kind() == TransformKind::move && panel.ui.on_surface != flips)
+        surface = surface_at(view);
+    gesture->point(view, input.control() && !input.shift(), surface);
+    if (input.pressed({key_escape}) || input.clicked(button_right)) return end_transform(false);
+    if (input.went_down(key_enter) || input.went_down(key_keypad_enter) ||
+        input.clicked(button_left))
+        return end_transform(true);
+    constexpr std::pair<int, TransformKind> others[] = {
+        {'G', TransformKind::move}, {'R', TransformKind::turn}, {'S', TransformKind::scale}};
+    for (const auto& [key, kind] : others)
+        if (input.pressed({key}) && kind != gesture->kind()) {
+            end_transform(false);
+            return begin_transform(kind);
+        }
+}
+
+void ViewApp::end_transform(bool applies)
+{
+    std::optional<Command> command;
+    if (applies && state->scene) command = gesture->command(state->scene->scene.origin);
+    gesture.reset();
+    preview.clear(), around_gesture = {};
+    buttons_ignored = true;
+    if (!command) return;
+    if (const std::string why = why_not(*command, *state); !why.empty()) return panel.note(why);
+    panel.send(std::move(*command), session);
+}
+
+// What the gesture would do to the objects, and its axes.
+std::vector<HandLook> ViewApp::transform_looks() const
+{
+    constexpr Vec3<float> axis_colours[] = {
+        {0.8f, 0.03f, 0.05f}, {0.1f, 0.5f, 0.03f}, {0.03f, 0.15f, 0.8f}};
+    std::vector<HandLook> looks;
+    for (Mesh mesh : preview) {
+        const Quat<float> turn = cast<float>(gesture->turn());
+        for (Vec3<float>& x : mesh.vertices) x = cast<float>(gesture->at(cast<double>(x)));
+        for (Vec3<float>& n : mesh.normals) n = rotate(turn, n);
+        looks.push_back(mark_look(std::move(mesh), chosen_colour, 0.5f));
+    }
+    const double reach = 4 * camera.distance(), thick = 0.002 * camera.distance();
+    for (const Vec3<double>& axis : gesture->axes()) {
+        Mesh line;
+        const Vec3<double> from =
+            gesture->plane() ? gesture->at(gesture->centre()) : gesture->centre();
+        add_line(line, from - reach * axis, from + reach * axis, thick);
+        looks.push_back(mark_look(std::move(line), axis.x > 0   ? axis_colours[0]
+                                                   : axis.y > 0 ? axis_colours[1]
+                                                                : axis_colours[2]));
+    }
+    return looks;
+}
+
+}  // namespace knead
