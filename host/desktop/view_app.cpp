@@ -424,8 +424,9 @@ bool ViewApp::shows_chosen() const
     return state->document->objects.size() > 1 || window_time < glow_until;
 }
 
-// Keeps `places` up to date while they are shown: they are sought at most four times a second, and
-// for at most a fiftieth of the time.
+// Keeps `places` up to date while they are shown: after each change of the document, and while the
+// clay moves at most four times a second, for at most a fiftieth of the time. In clay so large that
+// the search would delay a frame, only after changes.
 void ViewApp::follow_places()
 {
     const auto found = session.latest_object_places();
@@ -437,8 +438,10 @@ void ViewApp::follow_places()
         (shows_chosen() && panel.ui.chosen.value) || hovered.value || coloured_now;
     const bool other = state->document != places_of || !places || places->history != history;
     if (shown_now && (other || places->frame != state->frame.number)) {
-        const double cost = options.scripted || !places ? 0 : 50 * places->took;
-        if (other || window_time >= places_at + std::max(0.25, cost)) {
+        constexpr double short_delay = 0.004;  // [s]
+        const double took = options.scripted || !places ? 0 : places->took;
+        const bool delays = took > std::max(short_delay, state->frame.times.solver / 4);
+        if (other || (!delays && window_time >= places_at + std::max(0.25, 50 * took))) {
             places_at = window_time, places_of = state->document;
             if (options.scripted)
                 places = session.object_places();
