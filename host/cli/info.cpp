@@ -111,13 +111,22 @@ Json recording_facts(const std::string& path)
 
 Json mesh_facts(const std::string& path)
 {
+    const MeshFile file = read_mesh_file(path);
     Json all = {{"kind", "mesh"}, {"meshes", Json::array()}};
-    for (const Mesh& m : read_mesh(path))
+    for (const FileMesh& m : file.meshes) {
+        Mesh topology;
+        topology.vertices.resize(m.vertices.size()), topology.triangles = m.triangles;
+        const Box3<double> box = box_of({m});
         all["meshes"].push_back({{"category", m.category},
                                  {"vertices", m.vertices.size()},
                                  {"triangles", m.triangles.size()},
-                                 {"pieces", components(m)},
-                                 {"volume_m3", volume(m)}});
+                                 {"pieces", components(topology)},
+                                 {"volume_m3", volume(m)},
+                                 {"low_m", triple(box.low)},
+                                 {"high_m", triple(box.high)},
+                                 {"colours", !m.colours.empty()}});
+    }
+    if (!file.notes.empty()) all["notes"] = file.notes;
     return all;
 }
 

@@ -111,7 +111,7 @@ TEST(Gltf, TrianglesAndSkinsAreReadAsStored)
     const Gltf plain = parse_gltf(Example().bytes(), "x.glb", GltfSkins::ignored);
     EXPECT_TRUE(plain.skins.empty());
     EXPECT_TRUE(plain.parts[0].joints.empty());
-    EXPECT_EQ(parse_glb(Example().bytes(), "x.glb")[0].category, 7);
+    EXPECT_EQ(parse_glb(Example().bytes(), "x.glb").meshes[0].category, 7);
 }
 
 TEST(Gltf, IndicesMayBeOfAnySizeOrLeftOut)
