@@ -83,7 +83,10 @@ class ObjText {
             std::string_view line = next_line(text, at);
             ++number;
             if (words.empty()) whole = line;
-            line = line.substr(0, line.find('#'));
+            std::size_t comment = line.find('#');  // not that of "1.#IND"
+            while (comment != line.npos && comment > 0 && line[comment - 1] == '.')
+                comment = line.find('#', comment + 1);
+            line = line.substr(0, comment);
             ends = !line.ends_with('\\');
             if (!ends) line.remove_suffix(1);
             add_words(words, line);
@@ -319,17 +322,16 @@ int category_of(const std::string& name)
 MeshFile parse_glb(const std::string& bytes, const std::string& path)
 {
     Gltf gltf = parse_gltf(bytes, path, GltfSkins::ignored);
-    if (!gltf.transform.empty())
-        throw InputError(fmt::format("{}: {}: expected no transform (apply it first), found one",
-                                     path, gltf.transform));
-    if (gltf.parts.empty()) throw InputError(path + ": /meshes: expected at least one, found none");
+    if (gltf.parts.empty())
+        throw InputError(path + ": expected triangles of its default scene, found none");
     MeshFile file;
+    file.notes = std::move(gltf.notes);
     for (GltfPart& part : gltf.parts) {
         FileMesh mesh;
         mesh.name = part.mesh;
         mesh.category = part.category.value_or(category_of(part.mesh));
-        for (const Vec3<float> v : part.vertices) mesh.vertices.push_back(cast<double>(v));
-        mesh.triangles = std::move(part.triangles);
+        mesh.vertices = std::move(part.vertices), mesh.triangles = std::move(part.triangles);
+        mesh.colours = std::move(part.colours);
         check_mesh(mesh, path);
         file.meshes.push_back(std::move(mesh));
     }

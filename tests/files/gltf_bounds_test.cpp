@@ -70,7 +70,7 @@ TEST(GltfBounds, SharingWithinTheBoundIsRead)
     ASSERT_EQ(refused(bytes), "");
     const std::vector<FileMesh> meshes = parse_glb(bytes, "x.glb").meshes;
     ASSERT_EQ(meshes.size(), 300u);
-    for (const Mesh& m : {meshes.front(), meshes.back()}) {
+    for (const FileMesh& m : {meshes.front(), meshes.back()}) {
         EXPECT_EQ(m.vertices.size(), 30u);
         EXPECT_EQ(m.category, 7);
     }
