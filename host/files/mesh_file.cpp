@@ -78,9 +78,10 @@ void check(const std::string& path, const Mesh& mesh)
         fail(path, which + " has " + std::to_string(mesh.vertices.size()) + " vertices but " +
                        std::to_string(mesh.colours.size()) + " colours");
     if (!std::all_of(mesh.vertices.begin(), mesh.vertices.end(), finite) ||
-        !std::all_of(mesh.normals.begin(), mesh.normals.end(), finite) ||
-        !std::all_of(mesh.colours.begin(), mesh.colours.end(), finite))
-        fail(path, which + " has a vertex, normal or colour that is not finite");
+        !std::all_of(mesh.normals.begin(), mesh.normals.end(), finite))
+        fail(path, which + " has a vertex or normal that is not finite");
+    if (!std::all_of(mesh.colours.begin(), mesh.colours.end(), finite))
+        fail(path, which + " has a colour that is not finite");
     const auto known = [&](int v) { return v >= 0 && std::size_t(v) < mesh.vertices.size(); };
     for (const Int3 t : mesh.triangles)
         if (!known(t.x) || !known(t.y) || !known(t.z))

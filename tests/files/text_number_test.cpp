@@ -156,8 +156,8 @@ std::string ply(const std::string& type, const std::string& rows, const std::str
 TEST(PlyText, IsReadAsOthersWriteIt)
 {
     const std::string rows = "0 0 0\n+1 0 1e-400\n0 1 0\n0 0 1\n";
-    for (const std::string& end : {"\n", "\r\n", "\r"})
-        for (const std::string& type : {"float", "double", "int64", "uint64"}) {
+    for (const char* const end : {"\n", "\r\n", "\r"})
+        for (const char* const type : {"float", "double", "int64", "uint64"}) {
             const FileMesh mesh =
                 to_mesh(parse_ply(ply(type, rows + "4 0 1 2 3\n", end), "t"), "t");
             ASSERT_EQ(mesh.triangles.size(), 2u);
@@ -169,7 +169,7 @@ TEST(PlyText, IsReadAsOthersWriteIt)
     EXPECT_FALSE(holds_particles(parse_ply_header(strips, "t")));
     EXPECT_TRUE(holds_particles(parse_ply_header(replaced(strips, "strips 1", "strips 0"), "t")));
     const auto said = [](const std::string& row) {
-        return reason<InputError>([&] { parse_ply(ply("float", row), "t"); });
+        return reason<InputError>([&] { parse_ply(ply("float", row + rows), "t"); });
     };
     EXPECT_NE(said("0 1,5 0").find("found \"1,5\" (decimal comma?)"), std::string::npos);
     EXPECT_NE(said("0 1.5x 0").find("found \"1.5x\""), std::string::npos);
