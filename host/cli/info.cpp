@@ -8,6 +8,7 @@
 
 #include "cuda/math/box.h"
 #include "cuda/mpm/material.h"
+#include "host/assets/mesh_object.h"
 #include "host/assets/splat_object.h"
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
@@ -47,6 +48,7 @@ Json whole(double count)
 Json scene_facts(const InfoOptions& o)
 {
     Scene scene = read_scene(o.file, o.settings);
+    load_meshes(scene);
     const std::vector<SplatObject> splats = load_splats(scene, available_memory());
     std::size_t gaussians = 0;  // Gaussians attached to clay from the start
     for (const SplatObject& s : splats) gaussians += s.local ? 0 : s.cloud.count();
