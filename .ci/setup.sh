@@ -5,8 +5,9 @@ say() { printf '\n== %s\n' "$*"; }
 
 # Debian 12 and Ubuntu 24.04 have all of these; nothing is fetched from anywhere else.
 build_packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev libfmt-dev
-    libpng-dev zlib1g-dev libzstd-dev libwebp-dev libxxhash-dev libtinygltf-dev libegl-dev libegl1
-    libgl1-mesa-dri libopenxr-dev libopenxr-loader1 libgl-dev libx11-dev libglfw3-dev libimgui-dev
+    libpng-dev zlib1g-dev libzstd-dev libwebp-dev libxxhash-dev libfast-float-dev libtinygltf-dev
+    libegl-dev libegl1 libgl1-mesa-dri libopenxr-dev libopenxr-loader1 libgl-dev libx11-dev
+    libglfw3-dev libimgui-dev
     fonts-dejavu-core)
 
 installed() {

@@ -161,7 +161,7 @@ Skin read_skin(const std::string& path)
     JointFrame base;
     skin.joints = bind_pose(s, gltf.skins[0], order, base);
     for (std::size_t i = 0; i < part.vertices.size(); ++i) {
-        const Vec3<float> v = part.vertices[i];
+        const Vec3<double> v = part.vertices[i];
         const Vector3d p = base.axes.transpose() * (Vector3d(v.x, v.y, v.z) - base.p);
         skin.vertices.push_back({p[0], p[1], p[2]});
         skin.weights.push_back(shares(s, part, i, order));

@@ -3,39 +3,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "cuda/math/box.h"
+#include "host/assets/upright.h"
 #include "host/base/errors.h"
 #include "host/splats/deformed.h"
 
 namespace knead {
 namespace {
-
-Quat<double> about(Vec3<double> axis, double degrees)
-{
-    return turn_about(axis, degrees * std::numbers::pi / 180);
-}
-
-// Rotation of the file's up axis to the scene's y.
-Quat<double> upright(UpAxis up)
-{
-    switch (up) {
-        case UpAxis::y:
-            return {1, 0, 0, 0};
-        case UpAxis::minus_y:
-            return about({1, 0, 0}, 180);
-        case UpAxis::z:
-            return about({1, 0, 0}, -90);
-        case UpAxis::minus_z:
-            return about({1, 0, 0}, 90);
-        case UpAxis::x:
-            return about({0, 0, 1}, 90);
-        case UpAxis::minus_x:
-            return about({0, 0, 1}, -90);
-    }
-    return {1, 0, 0, 0};
-}
 
 // Keeps the splats between the walls: others, floaters missed by the cleaning, cannot be placed.
 void keep_between(const WallOptions& walls, const FilledObject& filled, SplatObject& object)
@@ -77,8 +52,7 @@ SplatObject loaded(Scene& scene, std::size_t index, std::size_t memory)
     options.max_bytes = memory;
     const CleanCloud cleaned = clean(file, options.clean);
     // In the object's frame and in the scene's.
-    const Quat<double> own = about({0, 1, 0}, o.splats.turn) * upright(o.splats.up),
-                       turn = o.rotation * own;
+    const Quat<double> own = upright(o.splats.up, o.splats.turn), turn = o.rotation * own;
     Box3<double> box = empty_box<double>(), turned = box;
     for (const std::uint32_t i : cleaned.kept) {
         const Vec3<double> x = cast<double>(file.centre[i]);

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "host/base/json_reader.h"
+#include "host/base/text_number.h"
 
 namespace knead {
 namespace {
@@ -58,6 +59,7 @@ std::size_t number_before(const std::string& text, std::size_t end)
 
 Json parse_json(const std::string& text, const std::string& file)
 {
+    text_begin(text, file);  // the parser skips the mark of UTF-8
     std::vector<std::set<std::string>> keys;
     const auto watch = [&](int depth, Json::parse_event_t event, Json& parsed) {
         if (depth > deepest)

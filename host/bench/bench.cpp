@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "host/assets/mesh_object.h"
 #include "host/assets/splat_object.h"
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
@@ -111,6 +112,7 @@ Scene Bench::scene(const std::vector<std::string>& settings) const
     s.setup.threads = options.threads;
     const std::size_t memory =
         options.max_memory > 0 ? std::size_t(options.max_memory * 0x1p20) : available_memory();
+    load_meshes(s);
     load_splats(s, memory);
     build(s, memory);
     return s;

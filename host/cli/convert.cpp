@@ -90,9 +90,12 @@ int convert_verb(const ConvertOptions& given)
         write_recording(o.out, recording);
     } else if (kind == FileKind::mesh) {
         check_ending(o.out, {".glb", ".obj", ".ply", ".stl"}, "a mesh");
-        const std::vector<Mesh> meshes = read_mesh(o.in);
+        const MeshFile file = read_mesh_file(o.in);
+        const std::vector<Mesh> meshes = float_meshes(file, o.in);
         prepare_file(o.out, o.overwrite);
         write_mesh(o.out, meshes);
+        for (const std::string& note : file.notes)
+            if (!o.quiet) fmt::print(stderr, "{}: {}\n", o.in, note);
     } else if (kind == FileKind::particles) {
         check_ending(o.out, {".ply", ".csv"}, "particles");
         const std::vector<Particle<double>> particles = read_particles(o.in);

@@ -8,6 +8,7 @@
 
 #include "cuda/math/box.h"
 #include "cuda/mpm/material.h"
+#include "host/assets/mesh_object.h"
 #include "host/assets/splat_object.h"
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
@@ -47,6 +48,7 @@ Json whole(double count)
 Json scene_facts(const InfoOptions& o)
 {
     Scene scene = read_scene(o.file, o.settings);
+    load_meshes(scene);
     const std::vector<SplatObject> splats = load_splats(scene, available_memory());
     std::size_t gaussians = 0;  // Gaussians attached to clay from the start
     for (const SplatObject& s : splats) gaussians += s.local ? 0 : s.cloud.count();
@@ -111,13 +113,22 @@ Json recording_facts(const std::string& path)
 
 Json mesh_facts(const std::string& path)
 {
+    const MeshFile file = read_mesh_file(path);
     Json all = {{"kind", "mesh"}, {"meshes", Json::array()}};
-    for (const Mesh& m : read_mesh(path))
+    for (const FileMesh& m : file.meshes) {
+        Mesh topology;
+        topology.vertices.resize(m.vertices.size()), topology.triangles = m.triangles;
+        const Box3<double> box = box_of({m});
         all["meshes"].push_back({{"category", m.category},
                                  {"vertices", m.vertices.size()},
                                  {"triangles", m.triangles.size()},
-                                 {"pieces", components(m)},
-                                 {"volume_m3", volume(m)}});
+                                 {"pieces", components(topology)},
+                                 {"volume_m3", volume(m)},
+                                 {"low_m", triple(box.low)},
+                                 {"high_m", triple(box.high)},
+                                 {"colours", !m.colours.empty()}});
+    }
+    if (!file.notes.empty()) all["notes"] = file.notes;
     return all;
 }
 

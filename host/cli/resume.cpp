@@ -41,12 +41,15 @@ std::string hands_file(const Scene& scene)
     return from_anywhere(scene.hands.recording);
 }
 
-// Hashes of the splat files of the scene, in the order of its objects.
+// Hashes of the files of the scene's objects, in the order of its objects.
 std::vector<std::string> splat_hashes(const Scene& scene)
 {
     std::vector<std::string> hashes;
     for (const Object& o : scene.objects)
-        if (o.shape == ShapeKind::splats) hashes.push_back(file_hash(o.splats.file));
+        if (o.shape == ShapeKind::splats)
+            hashes.push_back(file_hash(o.splats.file));
+        else if (o.shape == ShapeKind::mesh)
+            hashes.push_back(file_hash(o.mesh.file));
     return hashes;
 }
 

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "host/assets/mesh_object.h"
 #include "host/base/errors.h"
 #include "host/base/interrupt.h"
 #include "host/base/json_reader.h"
@@ -117,6 +118,7 @@ void Session::prepare()
         o.max_memory > 0 ? std::size_t(o.max_memory * 0x1p20) : available_memory();
     if (o.commands.empty()) need_objects(scene);
     check_substeps(scene);
+    load_meshes(scene);
     const std::vector<SplatObject> objects = load_splats(scene, memory);
     for (const SplatObject& of : objects) {
         facts.splats += of.cloud.count(), facts.inside += of.cloud.count() - of.surface;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <future>
 
+#include "host/assets/mesh_object.h"
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
@@ -33,6 +34,7 @@ struct Built {
 Built built(const Scene& base, const DocumentPtr& document, std::size_t memory)
 {
     Scene scene = scene_of(base, *document);
+    load_meshes(scene);
     const std::vector<SplatObject> objects = load_splats(scene, memory);
     build(scene, memory);
     Built made;

@@ -38,14 +38,12 @@ void parse_size(const std::string& text, int& width, int& height)
                          text.substr(0, 60) + "\"");
 }
 
-// Splats in place of a scene, which begin as an object on an empty table; "": it is none. Throws
-// InputError for a mesh.
-std::string splats_given(const std::string& file)
+// Splats or a mesh in place of a scene, which begin as an object on an empty table; "": it is none.
+std::string object_given(const std::string& file)
 {
     if (file == new_scene_name || is_standard(file)) return "";
     const DroppedKind kind = dropped_kind(file);
-    if (kind == DroppedKind::mesh) throw InputError(file + ": " + refusal_of(kind));
-    return kind == DroppedKind::splats ? file : "";
+    return kind == DroppedKind::splats || kind == DroppedKind::mesh ? file : "";
 }
 
 // Runs until the window is closed. Returns its errors, so that the results are still written.
@@ -94,7 +92,7 @@ int view_verb(const ViewOptions& given)
     options.every_frame = o.frames > 0;
     options.paused = o.paused;
     options.session = session_given(o.scene, o.settings, o.cells);
-    if (options.session.empty()) options.dropped = splats_given(o.scene);
+    if (options.session.empty()) options.dropped = object_given(o.scene);
     if (!options.dropped.empty()) o.scene = new_scene_name;
     options.protects = !options.scripted || !options.session.empty();
     options.settings = o.settings, options.cells = o.cells;

@@ -385,7 +385,7 @@ long ViewApp::newest_step() const
     return newest;
 }
 
-// Opens a scene or a session, adds splats; else a notice says why not.
+// Opens a scene or a session, adds splats or a mesh; else a notice says why not.
 void ViewApp::take_file(const std::string& file)
 {
     const auto what = command_for_file(file, *state);

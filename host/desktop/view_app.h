@@ -37,8 +37,8 @@ struct ViewAppOptions {
     int cells = 0;                      // for every scene; 0: the scene's
     std::size_t memory = 0;             // limit for loading a scene [bytes]; 0: what is free
     std::string session;                // file of a session to go on with; "": none
-    std::string dropped;                // splats to add at the beginning: a file; "": none
-    bool protects = false;              // keeps a working log, and lists sessions to recover
+    std::string dropped;    // splats or a mesh to add at the beginning: a file; "": none
+    bool protects = false;  // keeps a working log, and lists sessions to recover
 };
 
 class ViewApp {

@@ -6,6 +6,7 @@
 #include <bit>
 #include <map>
 
+#include "host/assets/mesh_object.h"
 #include "host/document/document_text.h"
 #include "host/scene/domain.h"
 #include "host/scene/object_json.h"
@@ -37,11 +38,17 @@ bool same(const std::shared_ptr<const T>& a, const std::shared_ptr<const T>& b)
 {
     return a == b || (a && b && equal(*a, *b));
 }
+bool same(const MeshOptions& a, const MeshOptions& b)
+{
+    return a.file == b.file && a.up == b.up && same(a.turn, b.turn) && same(a.size, b.size) &&
+           same(a.scale, b.scale) && same(a.hollow, b.hollow);
+}
 bool same(const ObjectSource& a, const ObjectSource& b)
 {
     return a.shape == b.shape && same(a.size, b.size) && same(a.velocity, b.velocity) &&
            same(a.per_cell, b.per_cell) && same(a.splats, b.splats) &&
-           same(a.rounding, b.rounding) && a.text == b.text && same(a.strand, b.strand);
+           same(a.rounding, b.rounding) && a.text == b.text && same(a.strand, b.strand) &&
+           same(a.mesh, b.mesh);
 }
 
 }  // namespace
@@ -131,7 +138,8 @@ SceneObject scene_object(const Object& o, ObjectId id)
             normalised(o.stated),
             {o.rotation, o.centre},
             {o.shape, splats ? Vec3<double>{} : o.size, o.velocity, o.per_cell,
-             splats ? o.splats : SplatsOptions{}, o.rounding, o.text, o.strand},
+             splats ? o.splats : SplatsOptions{}, o.rounding, o.text, o.strand,
+             o.shape == ShapeKind::mesh ? o.mesh : MeshOptions{}},
             false,
             false};
 }
@@ -144,6 +152,7 @@ Object object_of(const SceneObject& of)
     o.per_cell = of.source.per_cell, o.splats = of.source.splats;
     o.rounding = of.source.rounding, o.text = of.source.text, o.strand = of.source.strand;
     add_letters(o);
+    o.mesh = of.source.mesh, o.solid = known_solid(o);
     o.centre = of.pose.p, o.rotation = of.pose.q;
     o.stated = of.material;
     o.material = made(of.material), o.material.category = of.category;

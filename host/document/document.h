@@ -24,13 +24,14 @@ struct ObjectId {
 // Where an object's clay came from. The clay itself is in the solver.
 struct ObjectSource {
     ShapeKind shape = ShapeKind::sphere;
-    Vec3<double> size{};      // as in Object [m]; of shape `splats`: 0
+    Vec3<double> size{};      // as in Object [m]; of splats and meshes: 0
     Vec3<double> velocity{};  // of new clay [m/s]
     double per_cell = 8;      // particles per cell
     SplatsOptions splats;     // of shape `splats`
     double rounding = 0;      // of a rounded box [m]
     std::string text{};       // of shape `text`; its outline is that of the system's font
     std::shared_ptr<const Strand> strand{};  // of shape `strand`
+    MeshOptions mesh{};                      // of shape `mesh`
 };
 
 // All poses are in the frame of the scene's file.
@@ -72,7 +73,8 @@ struct Document {
 };
 using DocumentPtr = std::shared_ptr<const Document>;
 
-// Full extents in the object's own frame [m]; of shape `splats`: 0.
+// Full extents in the object's own frame [m]; of shape `splats`, and of a mesh that has not been
+// loaded: 0.
 Vec3<double> own_extents(const SceneObject& object);
 
 // Whether a nozzle lays its clay, or that of any object.

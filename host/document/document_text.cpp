@@ -52,6 +52,7 @@ SceneObject object_in(ObjectReader& r, const std::string& folder)
     r.required("id", "its number");
     SceneObject o = read_scene_object(r, folder.empty() ? "." : folder);
     if (o.source.shape == ShapeKind::splats) o.source.splats.file = file_in(r, folder);
+    if (o.source.shape == ShapeKind::mesh) o.source.mesh.file = file_in(r, folder);
     return o;
 }
 
@@ -135,6 +136,7 @@ Json json_of(const SceneObject& object)
 {
     Json of = json_of(object_of(object));
     if (object.source.shape == ShapeKind::splats) of["file"] = object.source.splats.file;
+    if (object.source.shape == ShapeKind::mesh) of["file"] = object.source.mesh.file;
     if (object.id.value) of["id"] = object.id.value;
     if (object.locked) of["locked"] = true;
     if (object.hidden) of["hidden"] = true;

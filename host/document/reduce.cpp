@@ -13,6 +13,7 @@
 #include "host/scene/object_json.h"
 #include "host/scene/presets.h"
 #include "host/scene/seed.h"
+#include "host/scene/shapes.h"
 
 namespace knead {
 namespace {
@@ -144,6 +145,10 @@ class Reduction {
             added.source.size = {};
         else
             added.source.splats = {};
+        if (added.source.shape == ShapeKind::mesh)
+            added.source.size = {};
+        else
+            added.source.mesh = {};
         if (added.source.shape != ShapeKind::rounded_box) added.source.rounding = 0;
         if (added.source.shape == ShapeKind::text)
             added.source.size.x = 0;
@@ -296,11 +301,14 @@ class Reduction {
             if (c.factor == 1) continue;
             double& splats = o.source.splats.size;
             o.source.size = c.factor * o.source.size, splats = c.factor * splats;
+            MeshOptions& mesh = o.source.mesh;
+            mesh.size *= c.factor, mesh.scale *= c.factor, mesh.hollow *= c.factor;
             const Vec3<double>& side = o.source.size;
             if (o.source.strand) o.source.strand = scaled(*o.source.strand, c.factor);
             o.source.rounding =
                 std::min(c.factor * o.source.rounding, std::min({side.x, side.y, side.z}) / 2);
-            if (std::max({o.source.size.x, o.source.size.y, o.source.size.z, splats}) > 1000)
+            if (std::max({o.source.size.x, o.source.size.y, o.source.size.z, splats,
+                          mesh_extent(object_of(o))}) > 1000)
                 refuse("factor", "expected an object of at most 1000 m");
             replace_in(next, std::move(o));
         }
@@ -652,6 +660,14 @@ class Reduction {
             for (const Point2 p : s.strand->outline)
                 check(in({-1000, 1000}), Vec3<double>{p.x, p.y, 0});
         }
+        if (s.shape == ShapeKind::mesh) {
+            check(in({}), s.mesh.file);
+            check(in({0, 1000, "m"}), s.mesh.size);
+            check(in({0, 1e6, "m a unit of the file"}), s.mesh.scale);
+            check(in({-360, 360, "degrees"}), s.mesh.turn);
+            check(in({0, 1000, "m"}), s.mesh.hollow);
+            return check_shape(o, field);
+        }
         check(in({}), s.text);
         if (s.shape == ShapeKind::text) {
             check(in({0, largest_extent, "m", true}), s.size.y);
@@ -665,6 +681,11 @@ class Reduction {
             if (s.shape == ShapeKind::sphere && s.size.x != s.size.y)
                 refuse(field, "expected one diameter, found different extents along x and y");
         }
+        check_shape(o, field);
+    }
+
+    static void check_shape(const SceneObject& o, const char* field)
+    {
         if (const auto fault = shape_fault(object_of(o)))
             refuse(field, fmt::format("{}: expected {}, found {}", fault->key, fault->expected,
                                       fault->found));
@@ -707,12 +728,14 @@ class Reduction {
                                           o.category, other->name.substr(0, 60)));
     }
 
-    // The size of an object of splats is known when its file is read; what a strand has beyond the
+    // The size of an object of a file is known when that is read; what a strand has beyond the
     // walls is not laid.
     void check_walls(const SceneObject& o, const char* field) const
     {
         if (o.source.shape == ShapeKind::splats || o.source.shape == ShapeKind::strand) return;
-        const Box3<double> box = box_of(object_of(o));
+        const Object object = object_of(o);
+        if (o.source.shape == ShapeKind::mesh && !object.solid) return;
+        const Box3<double> box = box_of(object);
         const WallOptions& walls = d.scene->walls;
         const double slack = 1e-9;
         const auto check = [&](const char* axis, double a, double b, double low, double high) {

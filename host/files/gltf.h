@@ -1,4 +1,4 @@
-// Binary glTF 2.0 (.glb), read by tinygltf: triangles and their skins.
+// Binary glTF 2.0 (.glb), read by tinygltf: triangles with their colours, and skins.
 #pragma once
 #include <array>
 #include <optional>
@@ -9,12 +9,13 @@
 
 namespace knead {
 
-// A primitive of a mesh: triangles with shared vertices.
+// A primitive of a mesh at one of its places in the scene: triangles with shared vertices.
 struct GltfPart {
-    std::string mesh;                   // name of the mesh
-    std::optional<int> category;        // extras.category of the mesh, 0 to 255
-    std::vector<Vec3<float>> vertices;  // as stored, without node transforms
-    std::vector<Int3> triangles;        // vertex indices
+    std::string mesh;             // name of the mesh
+    std::optional<int> category;  // extras.category of the mesh, 0 to 255
+    std::vector<Vec3<double>> vertices;
+    std::vector<Int3> triangles;       // vertex indices
+    std::vector<Vec3<float>> colours;  // per vertex, linear RGB; empty: none
     // Per vertex, if skins are read and present: four of the skin's joints, and their weights, not
     // normalised.
     std::vector<std::array<int, 4>> joints;
@@ -29,9 +30,13 @@ struct GltfSkin {
 struct Gltf {
     std::vector<GltfPart> parts;
     std::vector<GltfSkin> skins;
-    std::string transform;  // JSON pointer of the first node transform; "": none
+    std::vector<std::string> notes;  // what was left out
 };
 
+// `read`: skins, and all primitives as stored. `ignored`: what the default scene shows, in its
+// frame: each mesh at each of its nodes and of their instances (EXT_mesh_gpu_instancing); meshes on
+// no node are not shown, unless there are no nodes at all. Transforms are multiplied in double;
+// those that mirror turn the triangles. A skinned mesh is in the pose that is stored.
 enum class GltfSkins { ignored, read };
 
 // Returns finite vertices and triangles with valid indices, or throws InputError with path, place

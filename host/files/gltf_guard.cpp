@@ -20,7 +20,19 @@ constexpr std::size_t max_parts = 1 << 16;
 // Keys that are read. All others, including images, extensions and extras but for a mesh's
 // category, are removed before tinygltf parses the document; for the remaining keys it would treat
 // a value of another type as absent, and its errors give no place.
-enum class Kind { index, size, text, flag, numbers, indices, part_list, attributes, extras, any };
+enum class Kind {
+    index,
+    size,
+    text,
+    flag,
+    numbers,
+    indices,
+    part_list,
+    attributes,
+    extras,
+    sparse,
+    sparse_part
+};
 struct Key {
     const char *section, *name;
     Kind kind;
@@ -39,7 +51,13 @@ constexpr Key keys[] = {{"asset", "version", Kind::text, true},
                         {"accessors", "count", Kind::size, true},
                         {"accessors", "type", Kind::text, true},
                         {"accessors", "normalized", Kind::flag},
-                        {"accessors", "sparse", Kind::any},
+                        {"accessors", "sparse", Kind::sparse},
+                        {"sparse", "count", Kind::size, true},
+                        {"sparse", "indices", Kind::sparse_part, true},
+                        {"sparse", "values", Kind::sparse_part, true},
+                        {"sparse part", "bufferView", Kind::index, true},
+                        {"sparse part", "byteOffset", Kind::size},
+                        {"sparse part", "componentType", Kind::size},
                         {"meshes", "name", Kind::text},
                         {"meshes", "primitives", Kind::part_list, true},
                         {"meshes", "extras", Kind::extras},
@@ -47,6 +65,10 @@ constexpr Key keys[] = {{"asset", "version", Kind::text, true},
                         {"primitives", "indices", Kind::index},
                         {"primitives", "mode", Kind::index},
                         {"nodes", "name", Kind::text},
+                        {"nodes", "mesh", Kind::index},
+                        {"nodes", "skin", Kind::index},
+                        {"nodes", "children", Kind::indices},
+                        {"scenes", "nodes", Kind::indices},
                         {"nodes", "matrix", Kind::numbers},
                         {"nodes", "translation", Kind::numbers},
                         {"nodes", "rotation", Kind::numbers},
@@ -102,8 +124,11 @@ class Guard {
         Json out = Json::object();
         if (!all.contains("asset")) refuse_gltf(path, "/asset", "an object", "nothing");
         out["asset"] = object(all["asset"], "asset", "/asset");
-        for (const char* section : {"buffers", "bufferViews", "accessors", "meshes", "nodes"})
+        check_extensions(all);
+        for (const char* section :
+             {"buffers", "bufferViews", "accessors", "meshes", "nodes", "scenes"})
             add_list(out, all, section);
+        if (all.contains("scene")) out["scene"] = value(all["scene"], Kind::index, "/scene");
         if (skins == GltfSkins::read) add_list(out, all, "skins");
         // tinygltf copies the whole chunk for each buffer.
         const Json buffers = out.value("buffers", Json::array());
@@ -115,6 +140,29 @@ class Guard {
     }
 
   private:
+    // What a file requires must be understood to show it as it is meant. Of the materials' it is
+    // only the look.
+    void check_extensions(const Json& all) const
+    {
+        const auto at = all.find("extensionsRequired");
+        if (at == all.end()) return;
+        need(at->is_array(), "/extensionsRequired", "an array", *at);
+        for (std::size_t i = 0; i < at->size(); ++i) {
+            const std::string where = fmt::format("/extensionsRequired/{}", i);
+            need((*at)[i].is_string(), where, "a text", (*at)[i]);
+            const std::string name = (*at)[i].get<std::string>();
+            if (name == "KHR_mesh_quantization" || name == "EXT_mesh_gpu_instancing" ||
+                name == "KHR_lights_punctual" || name.starts_with("KHR_materials_"))
+                continue;
+            std::string expected = "no extension that is not known here";
+            if (name == "KHR_draco_mesh_compression" || name.ends_with("_meshopt_compression"))
+                expected =
+                    "plain data (decompress it: `gltf-transform copy IN OUT`, or import and export "
+                    "it with Blender)";
+            refuse_gltf(path, where, expected, name.substr(0, 60));
+        }
+    }
+
     void need(bool holds, const std::string& where, const std::string& expected,
               const Json& found) const
     {
@@ -172,6 +220,8 @@ class Guard {
         if (kind == Kind::flag) need(v.is_boolean(), where, "true or false", v);
         if (kind == Kind::part_list) return list(v, "primitives", where);
         if (kind == Kind::extras) return category_in(v);
+        if (kind == Kind::sparse) return object(v, "sparse", where);
+        if (kind == Kind::sparse_part) return object(v, "sparse part", where);
         if (kind == Kind::attributes) {
             need(v.is_object(), where, "an object", v);
             for (const auto& [name, index] : v.items())
@@ -215,18 +265,18 @@ std::size_t glb_json_size(const std::string& bytes, const std::string& path)
     return Guard(path).json_size(bytes);
 }
 
-std::string guarded_glb(std::string bytes, const std::string& path, GltfSkins skins)
+GuardedGlb guarded_glb(std::string bytes, const std::string& path, GltfSkins skins)
 {
     const Guard guard(path);
     const std::size_t size = guard.json_size(bytes);
-    const Json document = parse_json(bytes.substr(json_start, size), path);
+    Json document = parse_json(bytes.substr(json_start, size), path);
     std::string text = guard.needed(document, skins).dump();
     text.resize((text.size() + 3) / 4 * 4, ' ');
     bytes.replace(json_start, size, text);
     if (bytes.size() > 0xffffffffu) refuse_gltf(path, "byte 8", "at most 4 GiB", "more");
     put(bytes, 8, std::uint32_t(bytes.size()));
     put(bytes, 12, std::uint32_t(text.size()));
-    return bytes;
+    return {std::move(bytes), std::move(document)};
 }
 
 }  // namespace knead

@@ -1,14 +1,21 @@
 // Sanitises a .glb before tinygltf parses it.
 #pragma once
+#include <nlohmann/json.hpp>
 #include <string>
 
+#include "host/base/json_reader.h"
 #include "host/files/gltf.h"
 
 namespace knead {
 
-// Returns the file with a document reduced to the keys read here, with checked types, and with
-// chunks inside the file. Throws InputError.
-std::string guarded_glb(std::string bytes, const std::string& path, GltfSkins skins);
+struct GuardedGlb {
+    // The file with a document reduced to the keys read by tinygltf, with checked types, and with
+    // chunks inside the file.
+    std::string bytes;
+    Json document;  // the whole one; its sections in `bytes` are arrays of objects
+};
+// Throws InputError, also for an extension that is required and not known here.
+GuardedGlb guarded_glb(std::string bytes, const std::string& path, GltfSkins skins);
 
 // Size of the JSON chunk, which begins at byte 20; both chunks lie inside the file. Throws
 // InputError.

@@ -58,9 +58,10 @@ float encoded(float s)
 {
     return s <= 0.0031308f ? 12.92f * s : 1.055f * std::pow(s, 1 / 2.4f) - 0.055f;
 }
-Vec3<float> shown_colour(int category)
+Vec3<float> shown_colour(const Mesh& mesh, std::size_t vertex)
 {
-    const Vec3<float> c = category_colour(category);
+    const Vec3<float> c =
+        mesh.colours.empty() ? category_colour(mesh.category) : mesh.colours[vertex];
     return {encoded(c.x), encoded(c.y), encoded(c.z)};
 }
 
@@ -73,9 +74,14 @@ void check(const std::string& path, const Mesh& mesh)
     const auto finite = [](Vec3<float> v) {
         return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
     };
+    if (!mesh.colours.empty() && mesh.colours.size() != mesh.vertices.size())
+        fail(path, which + " has " + std::to_string(mesh.vertices.size()) + " vertices but " +
+                       std::to_string(mesh.colours.size()) + " colours");
     if (!std::all_of(mesh.vertices.begin(), mesh.vertices.end(), finite) ||
         !std::all_of(mesh.normals.begin(), mesh.normals.end(), finite))
         fail(path, which + " has a vertex or normal that is not finite");
+    if (!std::all_of(mesh.colours.begin(), mesh.colours.end(), finite))
+        fail(path, which + " has a colour that is not finite");
     const auto known = [&](int v) { return v >= 0 && std::size_t(v) < mesh.vertices.size(); };
     for (const Int3 t : mesh.triangles)
         if (!known(t.x) || !known(t.y) || !known(t.z))
@@ -111,7 +117,10 @@ void add_mesh(Glb& glb, const Mesh& mesh, const std::string& name)
     gltf["accessors"][position]["min"] = {box.low.x, box.low.y, box.low.z};
     gltf["accessors"][position]["max"] = {box.high.x, box.high.y, box.high.z};
     const int normal = vectors(mesh.normals);
-    const int colour = vectors(std::vector(mesh.vertices.size(), category_colour(mesh.category)));
+    const int colour =
+        mesh.colours.empty()
+            ? vectors(std::vector(mesh.vertices.size(), category_colour(mesh.category)))
+            : vectors(mesh.colours);
     const int indices = add_accessor(glb, mesh.triangles, gltf_index, "SCALAR",
                                      3 * mesh.triangles.size(), gltf_indices);
     const nlohmann::json primitive = {
@@ -144,10 +153,10 @@ std::string obj(const std::vector<NamedMesh>& meshes, const std::string& unit)
     std::size_t before = 1;  // OBJ indices start at 1 and continue through all objects
     for (const auto& [mesh, name] : meshes) {
         text += "o " + without_spaces(name) + '\n';
-        std::string colour;
-        append_digits(colour, shown_colour(mesh->category));
-        for (const Vec3<float> x : mesh->vertices)
-            text += 'v', append_digits(text, x), text += colour, text += '\n';
+        for (std::size_t v = 0; v < mesh->vertices.size(); ++v) {
+            text += 'v', append_digits(text, mesh->vertices[v]);
+            append_digits(text, shown_colour(*mesh, v)), text += '\n';
+        }
         for (const Vec3<float> n : mesh->normals)
             text += "vn", append_digits(text, n), text += '\n';
         for (const Int3 t : mesh->triangles) {
@@ -180,11 +189,14 @@ std::string ply(const std::string& path, const std::vector<NamedMesh>& meshes,
     bytes += "element face " + std::to_string(triangles) + '\n';
     bytes += "property list uchar int vertex_indices\nend_header\n";
     for (const auto& [mesh, name] : meshes) {
-        const Vec3<float> c = shown_colour(mesh->category);
-        const auto channel = [](float s) { return std::uint8_t(std::lround(255 * s)); };
-        const std::array<std::uint8_t, 3> rgb{channel(c.x), channel(c.y), channel(c.z)};
-        for (std::size_t v = 0; v < mesh->vertices.size(); ++v)
-            append(bytes, mesh->vertices[v]), append(bytes, mesh->normals[v]), append(bytes, rgb);
+        const auto channel = [](float s) {
+            return std::uint8_t(std::lround(255 * std::clamp(s, 0.0f, 1.0f)));
+        };
+        for (std::size_t v = 0; v < mesh->vertices.size(); ++v) {
+            const Vec3<float> c = shown_colour(*mesh, v);
+            append(bytes, mesh->vertices[v]), append(bytes, mesh->normals[v]);
+            append(bytes, std::array<std::uint8_t, 3>{channel(c.x), channel(c.y), channel(c.z)});
+        }
     }
     int before = 0;
     for (const auto& [mesh, name] : meshes) {

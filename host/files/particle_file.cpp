@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
@@ -11,6 +10,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/base/text_number.h"
 #include "host/scene/scene.h"
 
 namespace knead {
@@ -89,14 +89,12 @@ void take_row(PlyElement& points, std::string_view line, const std::string& plac
 {
     std::size_t column = 0;
     each_word(line, [&](std::string_view word) {
-        double value = 0;
-        const char* const end = word.data() + word.size();
-        const auto [at, problem] = std::from_chars(word.data(), end, value);
-        if (problem != std::errc() || at != end || column == points.properties.size())
-            throw InputError(fmt::format("{}: expected {} numbers, found \"{}\" as number {}",
+        const TextNumber found = text_number(word);
+        if (!found.fault.empty() || column == points.properties.size())
+            throw InputError(fmt::format("{}: expected {} numbers, found \"{}\" as number {}{}",
                                          place, points.properties.size(), word.substr(0, 60),
-                                         column + 1));
-        points.properties[column++].values.push_back(value);
+                                         column + 1, in_brackets(found.fault)));
+        points.properties[column++].values.push_back(found.value);
     });
     if (column != points.properties.size())
         throw InputError(fmt::format("{}: expected {} numbers, found {}", place,
@@ -116,8 +114,9 @@ void write_particles(const std::string& path, const std::vector<Particle<double>
 
 bool holds_particles(const PlyFile& ply)
 {
-    const PlyElement* faces = ply.find("face");
-    return ply.find("vertex") && (!faces || faces->rows == 0);
+    for (const char* name : {"face", "tristrips"})
+        if (const PlyElement* of = ply.find(name); of && of->rows > 0) return false;
+    return ply.find("vertex") != nullptr;
 }
 
 std::vector<Particle<double>> to_particles(const PlyFile& ply, const std::string& path)
@@ -164,10 +163,9 @@ std::vector<Particle<double>> parse_csv(const std::string& text, const std::stri
     PlyElement& points = table.elements[0];
     points.name = "vertex";
     std::size_t number = 0;
-    for (std::size_t at = 0; at < text.size();) {
-        const std::size_t end = std::min(text.find('\n', at), text.size());
-        const std::string_view line = trimmed(std::string_view(text).substr(at, end - at));
-        at = end + 1, ++number;
+    for (std::size_t at = text_begin(text, path); at < text.size();) {
+        const std::string_view line = trimmed(next_line(text, at));
+        ++number;
         if (line.empty()) continue;
         const std::string place = fmt::format("{}: line {}", path, number);
         if (points.properties.empty())

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "host/base/json_reader.h"
+#include "host/base/text_number.h"
 
 namespace knead {
 namespace {
@@ -16,16 +17,18 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "binary PLY is read as it lies");
 
 using Type = PlyType;
-constexpr std::size_t bytes_of[] = {1, 1, 2, 2, 4, 4, 2, 4, 8, 0};
+constexpr std::size_t bytes_of[] = {1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8, 0};
 
 Type type_named(std::string_view name)
 {
     constexpr std::pair<std::string_view, Type> names[] = {
-        {"char", Type::i8},   {"uchar", Type::u8},   {"short", Type::i16},   {"ushort", Type::u16},
-        {"int", Type::i32},   {"uint", Type::u32},   {"float", Type::f32},   {"double", Type::f64},
-        {"int8", Type::i8},   {"uint8", Type::u8},   {"int16", Type::i16},   {"uint16", Type::u16},
-        {"int32", Type::i32}, {"uint32", Type::u32}, {"float32", Type::f32}, {"float64", Type::f64},
-        {"half", Type::f16},  {"float16", Type::f16}};
+        {"char", Type::i8},     {"uchar", Type::u8},   {"short", Type::i16},
+        {"ushort", Type::u16},  {"int", Type::i32},    {"uint", Type::u32},
+        {"float", Type::f32},   {"double", Type::f64}, {"int8", Type::i8},
+        {"uint8", Type::u8},    {"int16", Type::i16},  {"uint16", Type::u16},
+        {"int32", Type::i32},   {"uint32", Type::u32}, {"float32", Type::f32},
+        {"float64", Type::f64}, {"half", Type::f16},   {"float16", Type::f16},
+        {"int64", Type::i64},   {"uint64", Type::u64}};
     for (const auto& [n, t] : names)
         if (n == name) return t;
     return Type::none;
@@ -54,6 +57,10 @@ double load(Type type, const char* at)
             return loaded<std::int32_t>(at);
         case Type::u32:
             return loaded<std::uint32_t>(at);
+        case Type::i64:
+            return loaded<std::int64_t>(at);
+        case Type::u64:
+            return loaded<std::uint64_t>(at);
         case Type::f16:
             return half_number(std::uint16_t(loaded<std::uint16_t>(at)));
         case Type::f32:
@@ -109,9 +116,10 @@ class Parser {
             fmt::format("{}: byte {}: expected {}, found {}", path, at, expected, found));
     }
 
+    // Lines end as the first one does: what follows the last may be binary, and begin with LF.
     std::string_view line()
     {
-        const std::size_t end = bytes.find('\n', at);
+        const std::size_t end = bytes.find(line_end, at);
         if (end == std::string::npos || end - at > 4096) fail("a line of the PLY header", "none");
         std::string_view text(bytes.data() + at, end - at);
         if (!text.empty() && text.back() == '\r') text.remove_suffix(1);
@@ -133,6 +141,9 @@ class Parser {
 
     void header()
     {
+        at = text_begin(bytes, path);
+        const std::size_t end = std::min(bytes.find_first_of("\r\n", at), bytes.size());
+        if (bytes.compare(end, 1, "\r") == 0 && bytes.compare(end, 2, "\r\n") != 0) line_end = '\r';
         if (line() != "ply") fail("a PLY file, which begins with \"ply\"", "something else");
         bool format = false;
         for (at = next;; at = next) {
@@ -208,13 +219,14 @@ class Parser {
             return load(type, value);
         }
         at = std::min(bytes.find_first_not_of(" \t\r\n", at), bytes.size());
-        double value = 0;
-        const auto [end, problem] =
-            std::from_chars(bytes.data() + at, bytes.data() + bytes.size(), value);
-        if (problem != std::errc())
-            fail("a number", at == bytes.size() ? "the end of the file" : "none");
-        at = std::size_t(end - bytes.data());
-        return value;
+        if (at == bytes.size()) fail("a number", "the end of the file");
+        const std::size_t end = std::min(bytes.find_first_of(" \t\r\n", at), bytes.size());
+        const std::string_view word(bytes.data() + at, end - at);
+        const TextNumber found = text_number(word);
+        if (!found.fault.empty())
+            fail("a number", fmt::format("\"{}\"{}", word.substr(0, 60), in_brackets(found.fault)));
+        at = end;
+        return found.value;
     }
 
     // Rejects more rows than the file can hold.
@@ -268,6 +280,7 @@ class Parser {
     const std::string& bytes;
     const std::string& path;
     std::size_t at = 0, next = 0;
+    char line_end = '\n';
     bool ascii = false, swapped = false;  // swapped: binary, big-endian
     PlyFile ply;
     std::vector<std::vector<Types>> types;  // per element and property

@@ -7,7 +7,8 @@
 
 namespace knead {
 
-enum class PlyType : int { i8, u8, i16, u16, i32, u32, f16, f32, f64, none };
+// Integers come before the others. 64-bit ones are exact up to 2^53.
+enum class PlyType : int { i8, u8, i16, u16, i32, u32, i64, u64, f16, f32, f64, none };
 struct PlyProperty {
     std::string name;
     bool list = false;
@@ -29,7 +30,8 @@ struct PlyFile {
     const PlyElement* find(const std::string& element) const;  // nullptr if absent
 };
 
-// Throws InputError with path and byte offset. A header that declares more rows than the file can
+// Throws InputError with path and byte offset. In text, numbers are those of text_number(), with
+// NaN and infinity. A header that declares more rows than the file can
 // hold is rejected before any allocation for them.
 PlyFile read_ply(const std::string& path);
 PlyFile parse_ply(const std::string& bytes, const std::string& path);

@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -12,7 +12,7 @@
 #include <unordered_map>
 
 #include "host/base/errors.h"
-#include "host/files/mesh_reader.h"
+#include "host/base/text_number.h"
 
 namespace knead {
 namespace {
@@ -23,11 +23,11 @@ constexpr std::size_t head_size = 80, facets_at = 84, facet_size = 50;
 // Merges coincident corners into one vertex.
 class Corners {
   public:
-    explicit Corners(Mesh& of) : mesh(of) {}
-    int index(Vec3<float> x)
+    explicit Corners(FileMesh& of) : mesh(of) {}
+    int index(Vec3<double> x)
     {
-        x = {x.x + 0.f, x.y + 0.f, x.z + 0.f};  // -0 equals 0
-        const auto [at, is_new] = known.try_emplace(std::bit_cast<std::array<std::uint32_t, 3>>(x),
+        x = {x.x + 0.0, x.y + 0.0, x.z + 0.0};  // -0 equals 0
+        const auto [at, is_new] = known.try_emplace(std::bit_cast<std::array<std::uint64_t, 3>>(x),
                                                     int(mesh.vertices.size()));
         if (is_new) mesh.vertices.push_back(x);
         return at->second;
@@ -35,18 +35,18 @@ class Corners {
 
   private:
     struct Hash {
-        std::size_t operator()(const std::array<std::uint32_t, 3>& key) const
+        std::size_t operator()(const std::array<std::uint64_t, 3>& key) const
         {
             std::uint64_t h = 0;
-            for (const std::uint32_t word : key) {
+            for (const std::uint64_t word : key) {
                 h = (h ^ word) * 0x9e3779b97f4a7c15u;
                 h ^= h >> 29;
             }
             return std::size_t(h);
         }
     };
-    Mesh& mesh;
-    std::unordered_map<std::array<std::uint32_t, 3>, int, Hash> known;
+    FileMesh& mesh;
+    std::unordered_map<std::array<std::uint64_t, 3>, int, Hash> known;
 };
 
 std::uint32_t promised(const std::string& bytes)
@@ -64,15 +64,16 @@ bool is_binary(const std::string& bytes)
            bytes.size() == facets_at + facet_size * std::size_t(promised(bytes));
 }
 
-Mesh from_binary(const std::string& bytes)
+FileMesh from_binary(const std::string& bytes)
 {
-    Mesh mesh;
+    FileMesh mesh;
     Corners corners(mesh);
     for (std::size_t at = facets_at; at < bytes.size(); at += facet_size) {
         float numbers[12];  // the normal, which is recomputed, and three corners
         std::memcpy(numbers, bytes.data() + at, sizeof numbers);
         const auto corner = [&](int k) {
-            return corners.index({numbers[3 * k], numbers[3 * k + 1], numbers[3 * k + 2]});
+            return corners.index(
+                {double(numbers[3 * k]), double(numbers[3 * k + 1]), double(numbers[3 * k + 2])});
         };
         const int a = corner(1), b = corner(2), c = corner(3);
         mesh.triangles.push_back({a, b, c});
@@ -80,75 +81,98 @@ Mesh from_binary(const std::string& bytes)
     return mesh;
 }
 
+// Whether a word is this one, in any case. `word`: in lower case.
+bool is_word(std::string_view found, std::string_view word)
+{
+    return std::ranges::equal(found, word, [](char a, char b) {
+        return (a >= 'A' && a <= 'Z' ? a - 'A' + 'a' : a) == b;
+    });
+}
+
 // The words of a text, with the line of each.
 class Words {
   public:
-    Words(const std::string& of, const std::string& from) : text(of), path(from) {}
+    Words(const std::string& of, const std::string& from)
+        : text(of), path(from), at(text_begin(of, from))
+    {
+    }
     std::string_view next()  // "" at the end
     {
-        while (at < text.size() && std::strchr(" \t\r\n", text[at])) line += text[at++] == '\n';
+        at = std::min(text.find_first_not_of(blank, at), text.size());
         const std::size_t from = at;
-        while (at < text.size() && !std::strchr(" \t\r\n", text[at])) ++at;
+        at = std::min(text.find_first_of(blank, at), text.size());
         return std::string_view(text).substr(from, at - from);
     }
-    void skip_line()
-    {
-        while (at < text.size() && text[at] != '\n') ++at;
-    }
+    void skip_line() { at = std::min(text.find_first_of("\r\n", at), text.size()); }
     void expect(const char* word)
     {
         const std::string_view found = next();
-        if (found != word) refuse(fmt::format("\"{}\"", word), found);
+        if (!is_word(found, word)) refuse(fmt::format("\"{}\"", word), found);
     }
-    float number()
+    double number()
     {
-        std::string_view word = next();
-        float value = 0;
-        if (word.starts_with('+')) word.remove_prefix(1);
-        const auto [end, problem] = std::from_chars(word.data(), word.data() + word.size(), value);
-        if (problem != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
-            refuse("a finite number", word);
-        return value;
+        const std::string_view word = next();
+        const TextNumber found = finite_text_number(word);
+        if (!found.fault.empty()) refuse("a finite number", word, found.fault);
+        return found.value;
     }
-    [[noreturn]] void refuse(const std::string& expected, std::string_view found) const
+    void skip_normal()  // which exporters of thin triangles write as "nan"
+    {
+        for (int k = 0; k < 3; ++k)
+            if (const std::string_view word = next(); !text_number(word).fault.empty())
+                refuse("a number", word, text_number(word).fault);
+    }
+    [[noreturn]] void refuse(const std::string& expected, std::string_view found,
+                             std::string_view why = {}) const
     {
         const std::string said =
             found.empty() ? "the end of the file" : fmt::format("\"{}\"", found.substr(0, 60));
-        throw InputError(
-            fmt::format("{}: line {}: expected {}, found {}", path, line, expected, said));
+        throw InputError(fmt::format("{}: line {}: expected {}, found {}{}", path, line(), expected,
+                                     said, in_brackets(why)));
     }
 
   private:
+    static constexpr const char* blank = " \t\r\n";
+    // Of the last word.
+    std::size_t line() const
+    {
+        const std::string_view before = std::string_view(text).substr(0, at);
+        std::size_t count = 0;
+        for (std::size_t from = 0; from < before.size(); ++count) next_line(before, from);
+        const bool next = before.ends_with('\n') || before.ends_with('\r');
+        return std::max<std::size_t>(count + next, 1);
+    }
+
     const std::string &text, &path;
-    std::size_t at = 0, line = 1;
+    std::size_t at;
 };
 
-void take_facet(Words& words, Corners& corners, Mesh& mesh)
+void take_facet(Words& words, Corners& corners, FileMesh& mesh)
 {
     words.expect("normal");
-    for (int k = 0; k < 3; ++k) words.number();
+    words.skip_normal();
     words.expect("outer"), words.expect("loop");
     int corner[3];
     for (int& one : corner) {
         words.expect("vertex");
-        const float x = words.number(), y = words.number(), z = words.number();
+        const double x = words.number(), y = words.number(), z = words.number();
         one = corners.index({x, y, z});
     }
     words.expect("endloop"), words.expect("endfacet");
     mesh.triangles.push_back({corner[0], corner[1], corner[2]});
 }
 
-Mesh from_text(const std::string& text, const std::string& path)
+FileMesh from_text(const std::string& text, const std::string& path)
 {
-    Mesh mesh;
+    FileMesh mesh;
     Corners corners(mesh);
     Words words(text, path);
     bool inside = false;
     for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
-        if (word == (inside ? "endsolid" : "solid")) {
+        if (is_word(word, inside ? "endsolid" : "solid")) {
             words.skip_line();  // name of the solid
             inside = !inside;
-        } else if (inside && word == "facet") {
+        } else if (inside && is_word(word, "facet")) {
             take_facet(words, corners, mesh);
         } else {
             words.refuse(inside ? "\"facet\" or \"endsolid\"" : "\"solid\"", word);
@@ -156,6 +180,12 @@ Mesh from_text(const std::string& text, const std::string& path)
     }
     if (inside) words.refuse("\"endsolid\"", "");
     return mesh;
+}
+
+bool begins_text_stl(const std::string& bytes, const std::string& path)
+{
+    const std::size_t from = bytes.find_first_not_of(" \t\r\n", text_begin(bytes, path));
+    return from != std::string::npos && is_word(std::string_view(bytes).substr(from, 5), "solid");
 }
 
 Vec3<float> facet_normal(Vec3<float> a, Vec3<float> b, Vec3<float> c)
@@ -167,12 +197,12 @@ Vec3<float> facet_normal(Vec3<float> a, Vec3<float> b, Vec3<float> c)
 
 }  // namespace
 
-Mesh parse_stl(const std::string& bytes, const std::string& path)
+FileMesh parse_stl(const std::string& bytes, const std::string& path)
 {
-    Mesh mesh;
+    FileMesh mesh;
     if (is_binary(bytes))
         mesh = from_binary(bytes);
-    else if (bytes.starts_with("solid"))
+    else if (begins_text_stl(bytes, path))
         mesh = from_text(bytes, path);
     else if (bytes.size() < facets_at)
         throw InputError(
@@ -184,7 +214,7 @@ Mesh parse_stl(const std::string& bytes, const std::string& path)
             fmt::format("{}: byte {}: expected as many triangles of {} bytes as fill "
                         "the file's {}, found a count of {}",
                         path, head_size, facet_size, bytes.size(), promised(bytes)));
-    finish_mesh(mesh, path);
+    check_mesh(mesh, path);
     return mesh;
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "host/base/text_number.h"
 #include "host/hands/recording_rules.h"
 
 namespace knead {
@@ -79,17 +80,16 @@ Hand parse_hand(const json& object, const char* side, const Place& place)
 Recording from_lines(const std::string& bytes, const std::string& path)
 {
     Recording r;
-    std::size_t begin = 0, line_number = 0, count = 0;
+    std::size_t begin = text_begin(bytes, path), line_number = 0, count = 0;
     double before = -1;
     const auto place = [&] { return Place{path, fmt::format("in line {}", line_number)}; };
     while (begin < bytes.size()) {
-        const std::size_t end = std::min(bytes.find('\n', begin), bytes.size());
+        const std::string_view all = next_line(bytes, begin);
         ++line_number;
-        if (end - begin > longest_line)
+        if (all.size() > longest_line)
             place().refuse(fmt::format("at most {} characters", longest_line),
-                           fmt::format("{}", end - begin));
-        const std::string line = bytes.substr(begin, end - begin);
-        begin = end + 1;
+                           fmt::format("{}", all.size()));
+        const std::string line(all);
         if (line_number == 1) {
             const json header = parse_object(line, 5, place());
             const json& format = member(header, "format", place());

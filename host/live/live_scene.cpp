@@ -1,4 +1,5 @@
 // Loading of scenes for live sessions.
+#include "host/assets/mesh_object.h"
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/base/machine.h"
@@ -21,6 +22,7 @@ std::shared_ptr<const LiveScene> loaded(const SceneSource& source, const Documen
     if (memory == 0) memory = available_memory();
     check_substeps(made->scene);
     made->settings = source.settings;
+    load_meshes(made->scene);
     made->splats = load_splats(made->scene, memory);
     build(made->scene, memory);
     try {

@@ -19,11 +19,13 @@ inline const Names<ShapeKind> shape_kinds = {
     {"ellipsoid", ShapeKind::ellipsoid}, {"rounded_box", ShapeKind::rounded_box},
     {"cone", ShapeKind::cone},           {"capsule", ShapeKind::capsule},
     {"torus", ShapeKind::torus},         {"text", ShapeKind::text},
-    {"strand", ShapeKind::strand}};
+    {"strand", ShapeKind::strand},       {"mesh", ShapeKind::mesh}};
 inline const Names<SectionKind> section_kinds = {{"circle", SectionKind::circle},
                                                  {"square", SectionKind::square},
                                                  {"star", SectionKind::star},
                                                  {"outline", SectionKind::outline}};
+inline const Names<double> mesh_units = {
+    {"mm", 0.001}, {"cm", 0.01}, {"m", 1}, {"in", 0.0254}};  // [m]
 inline const Names<UpAxis> up_axes = {{"x", UpAxis::x}, {"-x", UpAxis::minus_x},
                                       {"y", UpAxis::y}, {"-y", UpAxis::minus_y},
                                       {"z", UpAxis::z}, {"-z", UpAxis::minus_z}};

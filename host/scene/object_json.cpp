@@ -187,6 +187,8 @@ void read_shape(ObjectReader& r, Object& o)
         case ShapeKind::strand:
             read_strand(r, o);
             break;
+        case ShapeKind::mesh:  // see read_mesh_options()
+            break;
         case ShapeKind::sphere:
         case ShapeKind::splats: {
             const double across = r.number("diameter", extent);
@@ -224,6 +226,8 @@ void write_shape(const Object& o, Json& all)
             break;
         case ShapeKind::strand:
             write_strand(*o.strand, all);
+            break;
+        case ShapeKind::mesh:
             break;
     }
 }
@@ -297,6 +301,8 @@ Object read_object(ObjectReader& r, const std::string& default_name, const std::
     o.centre = r.vector("centre", {-1000, 1000, "m"});
     if (o.shape == ShapeKind::splats)
         read_splats_options(r, o.splats, folder);
+    else if (o.shape == ShapeKind::mesh)
+        read_mesh_options(r, o.mesh, folder);
     else
         read_shape(r, o);
     o.rotation = read_rotation(r, "rotation");
@@ -325,6 +331,8 @@ Json json_of(const Object& o, const std::string& path)
     if (turned) all["rotation"] = {q.w, q.x, q.y, q.z};
     if (o.shape == ShapeKind::splats)
         write_splats_options(o.splats, path, all);
+    else if (o.shape == ShapeKind::mesh)
+        write_mesh_options(o.mesh, path, all);
     else
         write_shape(o, all);
     return all;

@@ -28,7 +28,8 @@ enum class ShapeKind {
     capsule,
     torus,
     text,
-    strand
+    strand,
+    mesh
 };
 enum class UpAxis { x, minus_x, y, minus_y, z, minus_z };
 
@@ -51,8 +52,19 @@ struct ObjectParticles {
     Vec3<double> middle{};                // centre of the box that contains the object [m]
 };
 
-class Letters;  // letters.h
-struct Strand;  // strand.h
+// The mesh of an object of shape `mesh`: its file and how it lies and how large it is in the scene.
+struct MeshOptions {
+    std::string file;
+    UpAxis up = UpAxis::y;  // which axis of the file points up
+    double turn = 0;        // about the vertical, once upright [degrees]
+    double size = 0;        // longest extent [m]; 0: by `scale`
+    double scale = 0;       // of a unit of the file [m]; 0: by `size`
+    double hollow = 0;      // thickness of a wall below the surface [m]; 0: solid
+};
+
+class Letters;    // letters.h
+struct Strand;    // strand.h
+class SolidMesh;  // solid_mesh.h
 
 struct Object {
     bool local() const { return shape == ShapeKind::splats && splats.depth > 0; }
@@ -60,8 +72,8 @@ struct Object {
     ShapeKind shape = ShapeKind::sphere;
     Vec3<double> centre{};  // [m]
     // Full extents [m], in the object's frame; the axis of cylinder, cone (apex up), capsule and
-    // torus is y. Of a text: 0, the height of a capital, its depth; of a strand: 0. Of shape
-    // `splats`: in the scene's frame, set on loading; box_of() is the box of any object.
+    // torus is y. Of a text: 0, the height of a capital, its depth; of a strand and a mesh: 0. Of
+    // shape `splats`: in the scene's frame, set on loading; box_of() is the box of any object.
     Vec3<double> size{};
     double rounding = 0;  // of a rounded box: radius of its edges [m]
     std::string text;     // of shape `text`: UTF-8, read along x, seen from +z
@@ -78,6 +90,8 @@ struct Object {
     std::shared_ptr<const ObjectParticles> given;
     std::shared_ptr<const Letters> letters;  // of `text`; add_letters() sets them
     std::shared_ptr<const Strand> strand;    // of shape `strand`
+    MeshOptions mesh;                        // of shape `mesh`
+    std::shared_ptr<const SolidMesh> solid;  // of shape `mesh`, once its file is loaded
 };
 
 enum class ClockMode { wall, paper };

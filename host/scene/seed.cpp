@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <memory>
 
 #include "cuda/math/node4.h"
 #include "cuda/mpm/walls.h"
 #include "host/base/errors.h"
 #include "host/hands/motion.h"
 #include "host/scene/packing.h"
+#include "host/scene/solid_mesh.h"
 #include "host/scene/strand.h"
 
 namespace knead {
@@ -116,14 +118,42 @@ void put_object(Scene& scene, std::size_t index)
     setup.materials.push_back(o.material);
 }
 
+// Depths of objects for filling one of them with particles that are h apart. Those of meshes are
+// taken from a lattice.
+class Depths {
+  public:
+    Depths(const Scene& of, std::size_t last, double h) : scene(of), lattices(last + 1)
+    {
+        for (std::size_t k = 0; k <= last; ++k) {
+            const Object& o = of.objects[k];
+            if (o.shape != ShapeKind::mesh || !o.solid) continue;
+            const double unit = mesh_extent(o);
+            lattices[k] = std::make_unique<DepthLattice>(*o.solid, o.mesh.hollow / unit,
+                                                         0.5 * h / unit, 1.25 * h / unit);
+        }
+    }
+    double operator()(std::size_t k, Vec3<double> x) const
+    {
+        const Object& o = scene.objects[k];
+        if (!lattices[k]) return depth(o, x);
+        const double unit = mesh_extent(o);
+        const Vec3<double> d = rotate(conjugate(o.rotation), x - o.centre);
+        return unit * lattices[k]->depth((1 / unit) * d);
+    }
+
+  private:
+    const Scene& scene;
+    std::vector<std::unique_ptr<DepthLattice>> lattices;
+};
+
 // Depth of a point in the space that an object fills, bounded by the walls and by earlier objects
 // [m].
-double room(const Scene& scene, std::size_t index, Vec3<double> x)
+double room(const Scene& scene, const Depths& depths, std::size_t index, Vec3<double> x)
 {
     const Vec3<double> low = x - scene.setup.walls.min, high = scene.setup.walls.max - x;
     double d = min(min(min(low.x, low.y), min(low.z, high.x)), min(high.y, high.z));
-    d = min(d, depth(scene.objects[index], x));
-    for (std::size_t k = 0; k < index; ++k) d = min(d, -depth(scene.objects[k], x));
+    d = min(d, depths(index, x));
+    for (std::size_t k = 0; k < index; ++k) d = min(d, -depths(k, x));
     return d;
 }
 
@@ -154,6 +184,8 @@ void seed_object(Scene& scene, std::size_t index)
     const auto strata = [h](Vec3<double> x) {
         return Int3{int(std::floor(x.x / h)), int(std::floor(x.y / h)), int(std::floor(x.z / h))};
     };
+    if (o.shape == ShapeKind::mesh && !o.solid)
+        throw std::logic_error(place(scene, index) + ": its mesh is not loaded");
     const Box3<double> box = box_of(o);
     const Packing packing{h,     o.per_cell,      scene.seed,
                           index, strata(box.low), strata(box.high) + Int3{1, 1, 1}};
@@ -164,8 +196,9 @@ void seed_object(Scene& scene, std::size_t index)
         setup.materials.push_back(o.material);
         return;
     }
+    const Depths depths(scene, index, h);
     for (const Vec3<double>& p :
-         packed(packing, [&](Vec3<double> x) { return room(scene, index, x); }))
+         packed(packing, [&](Vec3<double> x) { return room(scene, depths, index, x); }))
         setup.particles.push_back({p, o.velocity, {}, {}, 0, int(index), 0});
     if (setup.particles.size() == before) refuse_empty(scene, index, h);
     setup.materials.push_back(o.material);

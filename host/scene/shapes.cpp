@@ -9,6 +9,7 @@
 #include "cuda/math/rotation.h"
 #include "host/base/json_reader.h"
 #include "host/scene/letters.h"
+#include "host/scene/solid_mesh.h"
 #include "host/scene/strand.h"
 
 namespace knead {
@@ -82,6 +83,13 @@ Box3<double> box_of_strand(const Object& o)
     return {box.low - beside, box.high + beside};
 }
 
+double depth_of_mesh(const Object& o, Vec3<double> d)
+{
+    if (!o.solid) return nowhere;
+    const double all = mesh_extent(o);
+    return all * o.solid->depth((1 / all) * d, o.mesh.hollow / all);
+}
+
 // Lowest and highest place along an axis, from the object's centre. `x`, `y`, `z`: cosines between
 // the axis and those of the object.
 struct Reach {
@@ -93,12 +101,17 @@ Reach reach_along(const Object& o, double x, double y, double z)
         const double apex = y * o.size.y / 2, disc = std::sqrt(max(0.0, 1 - y * y)) * o.size.x / 2;
         return {min(apex, -apex - disc), max(apex, -apex + disc)};
     }
+    if (o.shape == ShapeKind::mesh) {
+        if (!o.solid) return {0, 0};
+        const auto [low, high] = o.solid->reach({x, y, z});
+        return {mesh_extent(o) * low, mesh_extent(o) * high};
+    }
     if (!o.letters) return {0, 0};
     const auto [low, high] = o.letters->reach({x, y});
     const double face = std::abs(z) * o.size.z / 2;
     return {o.size.y * low - face, o.size.y * high + face};
 }
-// Per axis, of those that are not the same on both sides of their centre: cone and text.
+// Per axis, of those that are not the same on both sides of their centre: cone, text and mesh.
 template <class Of>
 Vec3<double> by_reach(const Object& o, const Of& of)
 {
@@ -160,6 +173,8 @@ double depth(const Object& o, Vec3<double> x)
             return depth_of_text(o, d);
         case ShapeKind::strand:
             return depth_of_strand(o, d);
+        case ShapeKind::mesh:
+            return depth_of_mesh(o, d);
         case ShapeKind::sphere:
             break;
     }
@@ -193,6 +208,7 @@ Vec3<double> extents(const Object& o)
         }
         case ShapeKind::cone:
         case ShapeKind::text:
+        case ShapeKind::mesh:
             return by_reach(o, [](Reach reach) { return reach.high - reach.low; });
         case ShapeKind::capsule:
             return round_extents(R,
@@ -217,7 +233,8 @@ Vec3<double> middle_of(const Object& o)
         const Box3<double> box = box_of_strand(o);
         return 0.5 * (box.low + box.high);
     }
-    if (o.shape != ShapeKind::cone && o.shape != ShapeKind::text) return o.centre;
+    if (o.shape != ShapeKind::cone && o.shape != ShapeKind::text && o.shape != ShapeKind::mesh)
+        return o.centre;
     return o.centre + by_reach(o, [](Reach reach) { return (reach.low + reach.high) / 2; });
 }
 
@@ -253,6 +270,10 @@ double shape_volume(const Object& o)
             return o.letters ? o.letters->area() * s.y * s.y * s.z : 0;
         case ShapeKind::strand:
             return o.strand ? laid_volume(*o.strand) : 0;
+        case ShapeKind::mesh: {
+            const double all = mesh_extent(o);
+            return o.solid ? all * all * all * o.solid->volume(o.mesh.hollow / all) : 0;
+        }
         case ShapeKind::ellipsoid:
         case ShapeKind::sphere:
             break;
@@ -263,6 +284,12 @@ double shape_volume(const Object& o)
 void add_letters(Object& o)
 {
     o.letters = o.shape == ShapeKind::text ? letters_of(o.text).letters : nullptr;
+}
+
+double mesh_extent(const Object& o)
+{
+    if (o.mesh.size > 0) return o.mesh.size;
+    return o.solid ? o.mesh.scale * o.solid->file_extent() : 0;
 }
 
 std::optional<ShapeFault> shape_fault(const Object& o)
@@ -301,6 +328,16 @@ std::optional<ShapeFault> shape_fault(const Object& o)
             const auto fault = fault_of(*o.strand);
             if (!fault) return {};
             return ShapeFault{fault->key, fault->expected, fault->found};
+        }
+        case ShapeKind::mesh: {
+            if ((o.mesh.size > 0) == (o.mesh.scale > 0))
+                return ShapeFault{"size", "either a size or a scale",
+                                  o.mesh.size > 0 ? "both" : "neither"};
+            const double all = mesh_extent(o);
+            if (all <= largest_extent) return {};
+            return ShapeFault{o.mesh.size > 0 ? "size" : "scale",
+                              fmt::format("a mesh of at most {} m", short_number(largest_extent)),
+                              fmt::format("{:.4g} m", all)};
         }
         default:
             return {};

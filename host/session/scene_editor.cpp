@@ -7,6 +7,7 @@
 #include <new>
 #include <stdexcept>
 
+#include "host/assets/mesh_object.h"
 #include "host/base/errors.h"
 #include "host/base/machine.h"
 #include "host/hands/filter.h"
@@ -100,6 +101,7 @@ PreparedObject prepared(const Scene& scene, const WallOptions& walls, const Scen
     o.material = softer(o.material, o.softer);
     check_substeps(scene, o.material);
     alone.objects.push_back(o);
+    load_meshes(alone);
     std::vector<SplatObject> splats = load_splats(alone, available_memory());
     build(alone, available_memory());
     PreparedObject made{alone.setup.materials.at(0), std::move(alone.setup.particles), {}};

@@ -19,6 +19,7 @@ struct Mesh {
     // Per vertex, if SurfaceOptions::moving: displacement along its normal since the previous
     // surface [m]. Empty: unknown.
     std::vector<float> advance;
+    std::vector<Vec3<float>> colours;  // per vertex, linear RGB; empty: that of its category
 };
 
 enum class Smoothing { none, laplace, taubin };

@@ -200,7 +200,7 @@ const std::array<GestureRow, 20> gesture_rows{{
     {"T and B", "tilt the fingers steeper and flatter", ""},
     {"Ctrl and a click on a slider", "opens a field for a number",
      "Dear ImGui, Blender (a double click)"},
-    {"a file dropped on the window", "opens a scene or a session, adds splats",
+    {"a file dropped on the window", "opens a scene or a session, adds splats or a mesh",
      "Blender, MeshLab, SuperSplat"},
     {"the window's close button", "asks if work is not saved", "Blender"},
 }};

@@ -10,6 +10,7 @@
 #include "host/document/document.h"
 #include "host/files/file_kind.h"
 #include "host/scene/presets.h"
+#include "host/ui/new_object.h"
 
 namespace knead {
 namespace {
@@ -60,6 +61,8 @@ bool holds_scene(const std::string& path)
 double reach_of(const SceneObject& o)
 {
     if (o.source.shape == ShapeKind::splats) return o.source.splats.size / 2;
+    if (o.source.shape == ShapeKind::mesh)
+        return std::max(o.source.mesh.size, length(own_extents(o))) / 2;
     return length(own_extents(o)) / 2;
 }
 
@@ -135,13 +138,23 @@ std::string refusal_of(DroppedKind kind)
         case DroppedKind::scene:
         case DroppedKind::session:
         case DroppedKind::splats:
-            return "";
         case DroppedKind::mesh:
-            return "meshes cannot become clay yet";
+            return "";
         case DroppedKind::other:
             break;
     }
-    return "expected a scene (.json), a session (.knead) or splats (.ply, .spz, .sog, ...)";
+    return "expected a scene (.json), a session (.knead), splats (.ply, .spz, .sog, ...) or a "
+           "mesh (.glb, .obj, .ply, .stl)";
+}
+
+bool adds_object(const std::string& file)
+{
+    try {
+        const DroppedKind kind = dropped_kind(file);
+        return kind == DroppedKind::splats || kind == DroppedKind::mesh;
+    } catch (const InputError&) {
+        return false;
+    }
 }
 
 std::variant<Command, Refusal> command_for_file(const std::string& path, const LiveState& state)
@@ -155,10 +168,12 @@ std::variant<Command, Refusal> command_for_file(const std::string& path, const L
     }
     if (const std::string why = refusal_of(kind); !why.empty())
         return Refusal{name + ": " + why, ""};
-    if (kind != DroppedKind::splats)
+    if (kind != DroppedKind::splats && kind != DroppedKind::mesh)
         return Command{Open{fs::absolute(path).lexically_normal().string(), {}, {}}};
-    if (!state.document) return Refusal{name + ": there is no scene to add splats to", ""};
-    const Command add = AddObject{object_of_splats(path, *state.document)};
+    if (!state.document) return Refusal{name + ": there is no scene to add it to", ""};
+    const Command add =
+        AddObject{kind == DroppedKind::mesh ? new_mesh(state, path)
+                                            : object_of_splats(path, *state.document)};
     if (const std::string why = row_of(add).why_not(state.situation); !why.empty())
         return Refusal{name + ": " + why, ""};
     return add;

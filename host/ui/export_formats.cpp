@@ -22,7 +22,12 @@ const std::vector<std::pair<std::string, std::string>>& formats()
 
 }  // namespace
 
-std::vector<std::string> openable_endings() { return {".json", session_ending}; }
+std::vector<std::string> openable_endings()
+{
+    std::vector<std::string> all = export_endings();
+    all.insert(all.begin(), {".json", session_ending});
+    return all;
+}
 
 std::vector<std::string> export_endings()
 {

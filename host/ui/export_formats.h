@@ -5,7 +5,7 @@
 
 namespace knead {
 
-std::vector<std::string> openable_endings();  // scenes and sessions
+std::vector<std::string> openable_endings();  // scenes, sessions, objects
 std::vector<std::string> export_endings();    // the first is the usual one
 // The ending with what it is for, for example ".stl: surface, for printers".
 std::string export_format_text(const std::string& ending);

@@ -3,15 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <vector>
 
+#include "host/base/paths.h"
 #include "host/scene/letters.h"
+#include "host/scene/presets.h"
 #include "host/scene/shapes.h"
 
 namespace knead {
 namespace {
 
 constexpr double part_of_room = 0.2;  // of the shortest side between the walls
+constexpr double part_of_mesh = 0.4;  // of the same, along its longest extent
 constexpr double widest = 0.8;        // of a text: part of the side along which it is read
 
 Vec3<double> size_of(ShapeKind shape, double across, Vec3<double> between, const Letters* letters)
@@ -144,6 +148,28 @@ SceneObject new_object(const LiveState& state, const std::vector<ObjectId>& rece
     const double cells = state.scene ? 2 * state.scene->scene.setup.lattice.dx : across;
     const double gap = std::min(cells, across / 4);
     o.pose.p = free_place(state, recent, own_extents(o), gap);
+    return o;
+}
+
+SceneObject new_mesh(const LiveState& state, const std::string& file)
+{
+    namespace fs = std::filesystem;
+    const WallOptions& walls = state.document->scene->walls;
+    const Vec3<double> between = walls.max - walls.min;
+    SceneObject o;
+    o.name = free_name(*state.document, fs::path(file).stem().string());
+    o.category = free_category(*state.document);
+    o.material = material_spec("soft-clay");
+    o.source.shape = ShapeKind::mesh;
+    o.source.mesh.file = fs::absolute(file).lexically_normal().string();
+    o.source.mesh.up = ending(file) == ".stl" ? UpAxis::z : UpAxis::y;
+    const double all = part_of_mesh * std::min({between.x, between.y, between.z});
+    o.source.mesh.size = all;
+    const double cells = state.scene ? 2 * state.scene->scene.setup.lattice.dx : all;
+    // Of a file that has not been read the extents are not known: of a cube around it.
+    Vec3<double> size = own_extents(o);
+    if (!(size.x > 0)) size = {all, all, all};
+    o.pose.p = free_place(state, {}, size, std::min(cells, all / 4));
     return o;
 }
 

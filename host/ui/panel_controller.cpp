@@ -10,6 +10,7 @@
 #include "host/base/paths.h"
 #include "host/document/command_table.h"
 #include "host/scene/new_scene.h"
+#include "host/ui/dropped.h"
 #include "host/ui/recent_files.h"
 #include "host/ui/scene_list.h"
 #include "host/ui/session_line.h"
@@ -253,7 +254,10 @@ void PanelController::apply(const ControlEvent& event, LiveSession& session)
 {
     const std::shared_ptr<const LiveState> state = session.state();
     ui.notice.clear();
-    if (event.id.control == Control::answer) {
+    const std::string* const file = std::get_if<std::string>(&event.value);
+    if (event.id.control == Control::open && file && adds_object(*file)) {
+        take_object(*file, *state, session);
+    } else if (event.id.control == Control::answer) {
         answer(event.id.index, session);
     } else if (asks && row_of(event.id.control).discards && loses(event.id.control, *state)) {
         ask(event, *state);
@@ -261,6 +265,16 @@ void PanelController::apply(const ControlEvent& event, LiveSession& session)
         act(event, session);
     }
     refresh(*state);
+}
+
+void PanelController::take_object(const std::string& file, const LiveState& state,
+                                  LiveSession& session)
+{
+    auto what = command_for_file(file, state);
+    if (const Refusal* refusal = std::get_if<Refusal>(&what))
+        note(refusal->text());
+    else
+        send(std::move(std::get<Command>(what)), session);
 }
 
 void PanelController::act(const ControlEvent& event, LiveSession& session)

@@ -51,6 +51,8 @@ class PanelController {
     long sent() const { return sent_; }
 
   private:
+    // Adds splats or a mesh to the scene.
+    void take_object(const std::string& file, const LiveState& state, LiveSession& session);
     struct Pending {
         ControlEvent event;
         std::string text;

@@ -128,7 +128,9 @@ std::pair<double, double> away(const SceneObject& o, Vec3<double> point)
     const Vec3<double> d = rotate(conjugate(o.pose.q), point - o.pose.p);
     if (made_of_splats(o)) return {std::max(0.0, length(d) - o.source.splats.size / 2), length(d)};
     const auto beyond = [](double x, double size) { return std::max(0.0, std::abs(x) - size / 2); };
-    const Vec3<double> size = own_extents(o);
+    Vec3<double> size = own_extents(o);
+    if (o.source.shape == ShapeKind::mesh && !(size.x > 0))  // its file has not been read
+        size = o.source.mesh.size * Vec3<double>{1, 1, 1};
     return {length(Vec3<double>{beyond(d.x, size.x), beyond(d.y, size.y), beyond(d.z, size.z)}),
             length(d)};
 }

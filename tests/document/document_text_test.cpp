@@ -119,6 +119,7 @@ Json good()
         if (shape == ShapeKind::strand)
             o.source.strand = std::make_shared<const Strand>(
                 Strand{SectionKind::star, 0.1, {}, {{}, {{0.1, 0, 0}, {}}}, true});
+        if (shape == ShapeKind::mesh) o.source.mesh = {"cup.stl", UpAxis::z, 0, 0.1, 0, 0};
         if (shape == ShapeKind::splats) o.category = 7, o.source.splats = {"pot.ply"};
         if (shape == ShapeKind::splats) o.source.splats.size = 0.1;
         d = after(d, AddObject{o}, ids);

@@ -197,6 +197,13 @@ inline void random_shape(Random& r, ObjectSource& s)
             s.strand = std::make_shared<const Strand>(std::move(strand));
             break;
         }
+        case ShapeKind::mesh:  // of a file that nobody has read
+            s.size = {};
+            s.mesh = {
+                "/clay/cup.stl",       r.of(up_axes).second, r.in(-180, 180), r.in(0.01, 1), 0,
+                r.one_in(2) ? 0 : 0.01};
+            if (r.one_in(3)) s.mesh.scale = r.in(1e-4, 2), s.mesh.size = 0;
+            break;
         case ShapeKind::box:
         case ShapeKind::ellipsoid:
         case ShapeKind::splats:

@@ -201,18 +201,18 @@ TEST_F(Files, StlIsTheSameSurfaceInBothForms)
     write_mesh(path("t.stl"), {tetrahedron()});
     const std::string bytes = read_text(path("t.stl"), 1 << 20);
     EXPECT_EQ(bytes.size(), 84u + 4 * 50);
-    const Mesh binary = parse_stl(bytes, "t.stl");
+    const FileMesh binary = parse_stl(bytes, "t.stl");
     std::string text = "solid a tetrahedron of 4\n";
     for (const Int3 t : binary.triangles) {
         text += "facet normal 0 0 0\n outer loop\n";
         for (const int v : {t.x, t.y, t.z}) {
-            const Vec3<float> x = binary.vertices[std::size_t(v)];
+            const Vec3<double> x = binary.vertices[std::size_t(v)];
             text += "  vertex " + std::to_string(x.x) + " " + std::to_string(x.y) + " +" +
                     std::to_string(x.z) + "\n";
         }
         text += " endloop\nendfacet\n";
     }
-    const Mesh read = parse_stl(text + "endsolid a tetrahedron of 4\n", "text.stl");
+    const FileMesh read = parse_stl(text + "endsolid a tetrahedron of 4\n", "text.stl");
     EXPECT_EQ(read.vertices.size(), 4u);
     EXPECT_EQ(read.triangles.size(), 4u);
     EXPECT_NEAR(volume(read), 1.0 / 6, 1e-6);

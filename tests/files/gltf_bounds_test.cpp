@@ -68,9 +68,9 @@ TEST(GltfBounds, SharingWithinTheBoundIsRead)
 {
     const std::string bytes = shared_glb(300, 30, 0);
     ASSERT_EQ(refused(bytes), "");
-    const std::vector<Mesh> meshes = parse_glb(bytes, "x.glb");
+    const std::vector<FileMesh> meshes = parse_glb(bytes, "x.glb").meshes;
     ASSERT_EQ(meshes.size(), 300u);
-    for (const Mesh& m : {meshes.front(), meshes.back()}) {
+    for (const FileMesh& m : {meshes.front(), meshes.back()}) {
         EXPECT_EQ(m.vertices.size(), 30u);
         EXPECT_EQ(m.category, 7);
     }

@@ -38,10 +38,12 @@ std::vector<std::string> pairs(const std::string& ending)
 }
 
 // What `info` says of a mesh and `convert` does with it.
-void use(const std::vector<Mesh>& meshes)
+void use(const MeshFile& file)
 {
+    const std::vector<Mesh> meshes = float_meshes(file, "mesh");
     std::vector<const Mesh*> all;
     double sum = 0;
+    for (const FileMesh& mesh : file.meshes) sum += volume(mesh);
     for (const Mesh& mesh : meshes) {
         sum += volume(mesh) + components(mesh);
         all.push_back(&mesh);
@@ -71,7 +73,7 @@ void read_ply_mesh(const std::string& bytes)
     const bool found = header.find("face") != nullptr;
     const PlyFile ply = parse_ply(bytes, "mesh.ply");
     if (found != (ply.find("face") != nullptr)) throw std::logic_error("two heads of one file");
-    use({to_mesh(ply, "mesh.ply")});
+    use({{to_mesh(ply, "mesh.ply")}, {}, 0});
 }
 
 std::vector<std::string> obj_seeds()
@@ -82,7 +84,7 @@ std::vector<std::string> obj_seeds()
         "vn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -1 -2 -3\nf 1 2 3 4\n");
     return all;
 }
-void read_obj_mesh(const std::string& bytes) { use({parse_obj(bytes, "mesh.obj")}); }
+void read_obj_mesh(const std::string& bytes) { use(parse_obj(bytes, "mesh.obj")); }
 
 // With the lengths of its file and of its two chunks put right, where it has two.
 std::string with_lengths(std::string glb)
@@ -126,7 +128,7 @@ std::vector<std::string> stl_seeds()
         "   vertex 0 1 0\n  endloop\n endfacet\nendsolid by hand\n");
     return all;
 }
-void read_stl_mesh(const std::string& bytes) { use({parse_stl(bytes, "mesh.stl")}); }
+void read_stl_mesh(const std::string& bytes) { use({{parse_stl(bytes, "mesh.stl")}, {}, 0}); }
 
 }  // namespace
 

@@ -112,6 +112,16 @@ Object drawn_object(Draw& draw)
             s.path.push_back({draw.vector(0.5), draw.below(2) ? Vec3<double>{} : draw.vector(1)});
         o.size = {}, o.strand = std::make_shared<const Strand>(std::move(s));
     }
+    if (o.shape == ShapeKind::mesh) {
+        o.size = {};
+        o.mesh = {"folder/cup.stl",
+                  up_axes[std::size_t(draw.below(int(up_axes.size())))].second,
+                  draw.in(-360, 360),
+                  draw.power(-3, 2),
+                  0,
+                  draw.in(0, 1)};
+        if (draw.below(2)) std::swap(o.mesh.size, o.mesh.scale);
+    }
     if (o.shape != ShapeKind::splats) return o;
     o.size = {};
     o.splats = {"folder/cup.ply", up_axes[std::size_t(draw.below(int(up_axes.size())))].second,
@@ -188,6 +198,12 @@ TEST(ObjectJson, ObjectsReadAgainAsTheyWereWritten)
         EXPECT_EQ(bits(found.splats.size), bits(o.splats.size));
         EXPECT_EQ(bits(found.splats.turn), bits(o.splats.turn));
         EXPECT_EQ(bits(found.splats.depth), bits(o.splats.depth));
+        EXPECT_EQ(found.mesh.file, o.mesh.file);
+        EXPECT_EQ(found.mesh.up, o.mesh.up);
+        EXPECT_EQ(bits(found.mesh.turn), bits(o.mesh.turn));
+        EXPECT_EQ(bits(found.mesh.size), bits(o.mesh.size));
+        EXPECT_EQ(bits(found.mesh.scale), bits(o.mesh.scale));
+        EXPECT_EQ(bits(found.mesh.hollow), bits(o.mesh.hollow));
         EXPECT_EQ(json_of(found), json_of(o));
     }
 }
@@ -202,6 +218,26 @@ TEST(ObjectJson, FilesAreRelativeToTheDocument)
         EXPECT_EQ(written["file"], "b/cup.ply") << path;
         EXPECT_EQ(object_again(written, path).splats.file, o.splats.file) << path;
     }
+}
+
+TEST(ObjectJson, AMeshHasASizeAScaleOrAUnit)
+{
+    const auto read = [](const char* key, const Json& value) {
+        Json json = {{"shape", "mesh"}, {"file", "cup.stl"}, {"centre", {0, 0, 0}}};
+        json[key] = value;
+        return object_again(json);
+    };
+    EXPECT_EQ(read("size", 0.2).mesh.size, 0.2);
+    EXPECT_EQ(read("scale", 0.5).mesh.scale, 0.5);
+    EXPECT_EQ(read("unit", "mm").mesh.scale, 0.001);
+    EXPECT_EQ(read("unit", "in").mesh.scale, 0.0254);
+    EXPECT_EQ(read("unit", "cm").mesh.size, 0);
+    EXPECT_THROW(read("up", "y"), InputError);
+    EXPECT_THROW(read("unit", "ft"), InputError);
+    EXPECT_THROW(read("size", 0), InputError);
+    const Json both = {
+        {"shape", "mesh"}, {"file", "c.stl"}, {"centre", {0, 0, 0}}, {"size", 1}, {"unit", "m"}};
+    EXPECT_THROW(object_again(both), InputError);
 }
 
 TEST(ObjectJson, RotationsAreDividedByTheirLengthOnce)

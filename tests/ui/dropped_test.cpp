@@ -97,18 +97,34 @@ TEST_F(Dropped, SplatsBecomeAnObjectOnFreeGround)
     }
 }
 
-TEST_F(Dropped, WhatCannotBecomeClayIsRefusedWithTheReason)
+// A mesh is not read until the session adds it.
+TEST_F(Dropped, MeshesBecomeAnObjectWhereOthersAppear)
 {
-    EXPECT_NE(refused(make("cube.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")).find("meshes"),
-              std::string::npos);
     const std::string mesh =
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
         "property float y\nproperty float z\nelement face 1\n"
         "property list uchar int vertex_indices\nend_header\n"
         "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
-    EXPECT_NE(refused(make("mesh.ply", mesh)).find("meshes"), std::string::npos);
-    EXPECT_NE(refused(make("named.txt", mesh)).find("meshes"), std::string::npos);
-    EXPECT_NE(refused(make("scene.bin", "glTF\2\0\0\0")).find("meshes"), std::string::npos);
+    const std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
+             {"cube.obj", text}, {"mesh.ply", mesh}, {"a.stl", "solid a"}}) {
+        const AddObject added = command<AddObject>(make(name, bytes));
+        const ObjectSource& source = added.object.source;
+        EXPECT_EQ(source.shape, ShapeKind::mesh);
+        EXPECT_EQ(source.mesh.file, path(name));
+        EXPECT_EQ(source.mesh.up, name == "a.stl" ? UpAxis::z : UpAxis::y);
+        EXPECT_EQ(added.object.name, fs::path(name).stem());
+        EXPECT_GT(source.mesh.size, 0.05);
+        EXPECT_TRUE(adds_object(path(name)));
+        const WallOptions& walls = table().document->scene->walls;
+        EXPECT_GE(added.object.pose.p.y - source.mesh.size / 2, walls.min.y);
+    }
+    EXPECT_FALSE(adds_object("scenes/squeeze.json"));
+    EXPECT_FALSE(adds_object(path("gone.obj")));
+}
+
+TEST_F(Dropped, WhatCannotBecomeClayIsRefusedWithTheReason)
+{
     for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
              {"notes.txt", "no scene"},
              {"empty", ""},
@@ -155,6 +171,13 @@ TEST_F(Dropped, ALiveSessionTakesTheSplats)
     session.advance_to(0.1);
     EXPECT_EQ(session.state()->failure, "");
     EXPECT_GT(session.digest().particles, 100);
+    const auto bad = [&](const std::string& name, const std::string& bytes) {
+        session.send(command<AddObject>(make(name, bytes), *session.state()));
+        session.wait_for_commands();
+        return session.state()->refusal;
+    };
+    EXPECT_NE(bad("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").find("expected a closed"),
+              std::string::npos);
     session.send(command<AddObject>(make("bad.splat", std::string(33, 'x')), *session.state()));
     session.wait_for_commands();
     EXPECT_NE(session.state()->refusal.find("bad.splat"), std::string::npos)
