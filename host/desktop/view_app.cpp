@@ -130,6 +130,7 @@ void ViewApp::frame(double passed, const std::string& screenshot)
             take_keys();
         const bool dialog = drawing && drawing->popup_open();
         if (!dialog) hand_x = float(input.x()), hand_y = float(input.y());
+        if (nozzle && !input.held(button_left)) end_nozzle(true);
         if (transforms || buttons_ignored)
             pointer.pressed = pressing = false;
         else if (!drawing || (!dialog && (pressing || !drawing->mouse_taken())))
@@ -361,6 +362,7 @@ void ViewApp::escape()
 {
     if (drawing && drawing->popup_open() && !panel.asking()) return;  // closed by the panel
     if (panel.decline()) return;
+    if (nozzle) return cancelled = true, end_nozzle(false);
     if (pressing) {
         const bool shapes = hand_controlled && pointer.presses() && newest_step() > step_at_press;
         cancelled = true, pointer.pressed = false;
@@ -486,29 +488,33 @@ void ViewApp::take_mouse(double passed)
     const float x = float(input.moved_x()), y = float(input.moved_y());
     const bool left_held = input.held(button_left), right_held = input.held(button_right),
                middle_held = input.held(button_middle);
-    const bool hand = panel.ui.mouse_hand && !alt;
+    const bool hand = panel.ui.mouse_hand && !alt, lays = panel.ui.nozzle && (nozzle || !alt);
     constexpr float still_a_click = 4;  // [pixels]
     if (input.clicked(button_left) && !pressing) {
         pressing = true, cancelled = dragged = false;
         step_at_press = newest_step();
         pressed_x = float(input.x()), pressed_y = float(input.y());
     }
+    if (lays) take_nozzle(input.clicked(button_left), left_held && !cancelled);
     if (std::hypot(float(input.x()) - pressed_x, float(input.y()) - pressed_y) > still_a_click)
         dragged = true;
     if (pressing && !left_held) {
         pressing = false;
-        if (!hand && !dragged && !cancelled) click(pressed_x, pressed_y, shift || control);
+        if (!hand && !lays && !dragged && !cancelled) click(pressed_x, pressed_y, shift || control);
     }
     const bool any_other = middle_held || right_held;
     if (any_other && (shift || (alt && middle_held)))
         camera.pan(x, y, window->height());
     else if (right_held && alt)
         camera.zoom(0.02f * (x - y));
-    else if (any_other || (left_held && pressing && !cancelled && !hand && dragged))
+    else if (any_other || (left_held && pressing && !cancelled && !hand && !lays && dragged))
         camera.orbit(-per_pixel * x, per_pixel * y);
     const double wheel = input.wheel();
-    if (!hand || control)
+    if ((!hand && !lays) || control)
         camera.zoom(float(wheel));
+    else if (wheel != 0 && lays)
+        panel.apply({{Control::nozzle_diameter, 0}, panel.ui.diameter * std::pow(1.1, wheel), 0},
+                    session);
     else if (wheel != 0)
         panel.apply(
             {{Control::press, 0},

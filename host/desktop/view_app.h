@@ -14,6 +14,7 @@
 #include "host/picture/live_look.h"
 #include "host/picture/splat_layer.h"
 #include "host/ui/live_results.h"
+#include "host/ui/nozzle_gesture.h"
 #include "host/ui/panel_controller.h"
 #include "host/ui/panel_drawing.h"
 #include "host/ui/pick.h"
@@ -84,6 +85,8 @@ class ViewApp {
     void execute(const ControlEvent& event);
     void take_keys();
     void take_mouse(double passed);
+    void take_nozzle(bool begins, bool held);
+    void end_nozzle(bool keeps);
     void take_file(const std::string& file);
     void click(float x, float y, bool several);
     void follow_places();
@@ -92,6 +95,7 @@ class ViewApp {
     // Gestures (view_transform.cpp).
     TransformView transform_view() const;
     void begin_transform(TransformKind kind);
+    std::optional<TransformSurface> floor_at(const TransformView& view) const;
     std::optional<TransformSurface> surface_at(const TransformView& view) const;
     void take_transform();
     void end_transform(bool applies);
@@ -146,6 +150,7 @@ class ViewApp {
     double places_at = -1e9;                     // window time when they were requested [s]
     DocumentPtr places_of;                       // document then
     std::map<ObjectId, Box3<double>> boxes;      // drawn around objects: changed where it is seen
+    std::optional<NozzleGesture> nozzle;         // laying clay
     std::optional<TransformGesture> gesture;     // under way
     std::vector<Mesh> preview;                   // its objects when it began
     PartedMeshes around_gesture;                 // other surfaces then

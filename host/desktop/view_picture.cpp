@@ -127,7 +127,8 @@ void ViewApp::draw()
         for (HandLook& ghost : tracked_looks(seen, hands_now(), 0.4f))
             hands.push_back(std::move(ghost));
     }
-    if (hand_controlled && below && !pointer.presses()) hands.push_back(ring());
+    const bool aims = hand_controlled ? !pointer.presses() : panel.ui.nozzle && !nozzle && !gesture;
+    if (aims && below) hands.push_back(ring());
     PictureContent content = picture_content(view, look);
     content.hands.push_back(float(colours.version % 8388593));
     for (HandLook& lines : gesture ? transform_looks() : outlines()) {
@@ -172,7 +173,8 @@ std::vector<HandLook> ViewApp::outlines() const
 HandLook ViewApp::ring() const
 {
     constexpr int pieces = 32;
-    const double across = 0.02 * camera.distance(), thick = 0.0012 * camera.distance();
+    const double across = panel.ui.nozzle ? panel.ui.diameter / 2 : 0.02 * camera.distance(),
+                 thick = 0.0012 * camera.distance();
     const Vec3<double> n = below->normal, u = orthogonal(n), v = cross(n, u);
     const auto at = [&](int i) {
         const double angle = 2 * std::numbers::pi * i / pieces;

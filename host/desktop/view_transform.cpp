@@ -53,6 +53,11 @@ std::optional<TransformSurface> ViewApp::surface_at(const TransformView& view) c
 {
     if (const auto hit = pick_surface(around_gesture.others, view.eye, view.ray))
         return TransformSurface{hit->point, hit->normal};
+    return floor_at(view);
+}
+
+std::optional<TransformSurface> ViewApp::floor_at(const TransformView& view) const
+{
     const WallOptions& walls = shown->scene.setup.walls;
     if (!(view.ray.y < 0)) return {};
     const Vec3<double> point = view.eye + ((walls.min.y - view.eye.y) / view.ray.y) * view.ray;
@@ -98,6 +103,33 @@ void ViewApp::end_transform(bool applies)
     if (!command) return;
     if (const std::string why = why_not(*command, *state); !why.empty()) return panel.note(why);
     panel.send(std::move(*command), session);
+}
+
+// Lays clay on what is below the pointer, from the button's press to its release.
+void ViewApp::take_nozzle(bool begins, bool held)
+{
+    const TransformView view = transform_view();
+    if (begins && !nozzle && state->scene && panel.ui.document) {
+        const auto clay = pick(*state, view.eye, view.ray);
+        std::optional<TransformSurface> on;
+        if (clay) on = TransformSurface{clay->point, clay->normal};
+        if (!on) on = floor_at(view);
+        if (!on) return panel.note("There is neither clay nor floor below the pointer.");
+        NozzleGesture next(nozzle_tool(panel.ui), view, *on, state->scene->scene.origin);
+        if (const std::string why = why_not(next.begin(), *state); !why.empty())
+            return panel.note(why);
+        nozzle = std::move(next);
+        panel.send(nozzle->begin(), session);
+    }
+    if (!nozzle || !held) return;
+    if (auto moves = nozzle->move(view)) panel.send(std::move(*moves), session);
+}
+
+void ViewApp::end_nozzle(bool keeps)
+{
+    panel.send(nozzle->end(), session);
+    nozzle.reset();
+    if (!keeps) panel.apply({{Control::undo, 0}, {}, 0}, session);
 }
 
 // What the gesture would do to the objects, and its axes.

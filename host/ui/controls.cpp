@@ -116,6 +116,16 @@ const std::array<ControlRow, control_count> control_rows{{
     {Control::roll, "roll", "Roll", "Rolls the hand that the mouse leads.", Part::hands, in_window},
     {Control::curl, "curl", "", "Curls a finger of the hand that the mouse leads.", Part::hands,
      in_window},
+    {Control::nozzle, "nozzle", "The mouse lays clay",
+     "On: dragging with the left button lays clay on what is below the pointer, with the chosen "
+     "object's material.",
+     Part::hands, in_window, false, "C"},
+    {Control::nozzle_section, "section", "Section", "Of the clay that the mouse lays.", Part::hands,
+     in_window},
+    {Control::nozzle_diameter, "diameter", "Diameter",
+     "Of the clay that the mouse lays; also by "
+     "the wheel.",
+     Part::hands, in_window},
     {Control::carry, "hold", "Hold",
      "On: fists carry objects, two fists zoom, and hands touch nothing. Off: hands shape.",
      Part::hands, in_headset},
@@ -162,11 +172,13 @@ const ControlRow* control_named(std::string_view name)
     return at == control_rows.end() ? nullptr : &*at;
 }
 
-const std::array<GestureRow, 20> gesture_rows{{
+const std::array<GestureRow, 21> gesture_rows{{
     {"left button",
      "presses the hand into the clay below the pointer, and drags it there while it is down; "
      "without a hand, a click chooses an object, and beside all clay none",
      "Blender, SculptGL"},
+    {"dragging with the left button while the mouse lays clay",
+     "lays clay along its way, an object of its own; Esc undoes it", ""},
     {"Shift or Ctrl and a click, without a hand",
      "adds an object to the chosen ones, or takes it away; in the panel's list, too",
      "Blender (Shift), most programs (Ctrl)"},
@@ -192,7 +204,9 @@ const std::array<GestureRow, 20> gesture_rows{{
     {"Shift and middle or right, or Alt and middle", "moves the view sideways",
      "Blender (Shift and middle), Maya (Alt and middle)"},
     {"Alt and right", "moves the view nearer or farther", "Maya"},
-    {"wheel", "moves the view nearer or farther; with the hand, presses deeper or less deep",
+    {"wheel",
+     "moves the view nearer or farther; with the hand, presses deeper or less deep; "
+     "while the mouse lays clay, makes it thicker or thinner",
      "Blender, MeshLab, SculptGL"},
     {"Ctrl and wheel", "moves the view nearer or farther while the mouse leads the hand", ""},
     {"1 to 5, G", "curl one finger while held, the thumb to the little finger; all of them", ""},

@@ -56,6 +56,9 @@ enum class Control {
     tilt,
     roll,
     curl,
+    nozzle,
+    nozzle_section,
+    nozzle_diameter,
     carry,
     support,
     panel_side,
@@ -112,7 +115,7 @@ struct GestureRow {
     const char* effect;
     const char* like;  // programs in which the same input does this
 };
-extern const std::array<GestureRow, 20> gesture_rows;
+extern const std::array<GestureRow, 21> gesture_rows;
 
 // Keys and gestures of the window: as text for a terminal, and as Markdown lists for window.md.
 std::string keys_text();

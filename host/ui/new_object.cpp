@@ -39,30 +39,6 @@ Vec3<double> size_of(ShapeKind shape, double across, Vec3<double> between, const
     }
 }
 
-std::string free_name(const Document& document, const std::string& base)
-{
-    const auto taken = [&](const std::string& name) {
-        return std::ranges::any_of(document.objects,
-                                   [&](const auto& o) { return o->name == name; });
-    };
-    std::string name = base;
-    for (int n = 2; taken(name); ++n) name = fmt::format("{} {}", base, n);
-    return name;
-}
-
-// One that has no splats.
-int free_category(const Document& document)
-{
-    const auto has_splats = [&](int category) {
-        return std::ranges::any_of(document.objects, [&](const auto& o) {
-            return o->category == category && o->source.shape == ShapeKind::splats;
-        });
-    };
-    int category = 0;
-    while (category < 255 && has_splats(category)) ++category;
-    return category;
-}
-
 // Height of the highest clay in a column, `floor` if there is none.
 class Heights {
   public:
@@ -128,6 +104,29 @@ Vec3<double> free_place(const LiveState& state, const std::vector<ObjectId>& rec
 }
 
 }  // namespace
+
+std::string free_name(const Document& document, const std::string& base)
+{
+    const auto taken = [&](const std::string& name) {
+        return std::ranges::any_of(document.objects,
+                                   [&](const auto& o) { return o->name == name; });
+    };
+    std::string name = base;
+    for (int n = 2; taken(name); ++n) name = fmt::format("{} {}", base, n);
+    return name;
+}
+
+int free_category(const Document& document)
+{
+    const auto has_splats = [&](int category) {
+        return std::ranges::any_of(document.objects, [&](const auto& o) {
+            return o->category == category && o->source.shape == ShapeKind::splats;
+        });
+    };
+    int category = 0;
+    while (category < 255 && has_splats(category)) ++category;
+    return category;
+}
 
 SceneObject new_object(const LiveState& state, const std::vector<ObjectId>& recent,
                        const NewShape& shape, const MaterialSpec& material, const std::string& text)

@@ -24,6 +24,10 @@ inline constexpr std::array<NewShape, 9> new_shapes{{{ShapeKind::sphere, "ball"}
                                                      {ShapeKind::text, "text"}}};
 inline constexpr const char* usual_text = "knead";
 
+// "BASE", or the first of "BASE 2", "BASE 3", ... that no object has.
+std::string free_name(const Document& document, const std::string& base);
+int free_category(const Document& document);  // one that has no splats
+
 // A new object about a fifth as wide as the shortest side between the walls. It is placed above the
 // clay at the middle, or at the nearest of 5 x 5 places with enough room; if none has, at the
 // middle below the upper wall. `recent`: objects that the surface may lack; their boxes come from

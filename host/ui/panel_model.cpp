@@ -30,6 +30,15 @@ std::vector<std::string> with_automatic(const Names<T>& names)
 
 constexpr const char* finger_names[] = {"Thumb", "Index", "Middle", "Ring", "Little"};
 
+// An outline has points, which no control gives.
+std::vector<std::string> sections_of_mouse()
+{
+    std::vector<std::string> names;
+    for (const auto& [name, section] : section_kinds)
+        if (section != SectionKind::outline) names.push_back(name);
+    return names;
+}
+
 const SceneObject* chosen_object(const UiState& ui)
 {
     return ui.document ? ui.document->find(ui.chosen) : nullptr;
@@ -247,6 +256,9 @@ void add_hands(Builder& to, const UiState& ui)
     to.number(Control::roll, ui.roll, {-3.14, 3.14}, "rad");
     for (int i = 0; i < 5; ++i)
         to.number(Control::curl, ui.curl[i], {0, 1}, "", i, finger_names[i]);
+    to.toggle(Control::nozzle, ui.nozzle);
+    to.choice(Control::nozzle_section, ui.section, sections_of_mouse());
+    to.number(Control::nozzle_diameter, ui.diameter, nozzle_range, "m");
     to.toggle(Control::carry, ui.carrying);
     to.button(Control::recentre);
     to.toggle(Control::standing, ui.standing);
@@ -600,6 +612,17 @@ bool change(UiState& ui, const ControlEvent& event)
             return true;
         case Control::mouse_hand:
             ui.mouse_hand = on ? *on : !ui.mouse_hand;
+            if (ui.mouse_hand) ui.nozzle = false;
+            return true;
+        case Control::nozzle:
+            ui.nozzle = on ? *on : !ui.nozzle;
+            if (ui.nozzle) ui.mouse_hand = false;
+            return true;
+        case Control::nozzle_section:
+            if (whole) ui.section = std::clamp(*whole, 0, int(sections_of_mouse().size()) - 1);
+            return true;
+        case Control::nozzle_diameter:
+            if (number) ui.diameter = std::clamp(*number, nozzle_range.low, nozzle_range.high);
             return true;
         case Control::posture:
             ui.posture =

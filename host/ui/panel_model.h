@@ -91,6 +91,7 @@ struct PanelModel {
     const ControlState* find(ControlId id) const;  // nullptr: it is not shown
 };
 
+inline constexpr SliderRange nozzle_range{0.005, 0.3, true};  // diameter [m]
 inline constexpr SliderRange press_range{0.001, 0.4};  // of the hand that the mouse leads [m]
 
 // State of the user interface: neither saved nor undone.
@@ -120,6 +121,10 @@ struct UiState {
     int posture = int(Posture::relaxed);
     double press = 0.05, tilt = 0, roll = 0;  // [m] of the scene, [rad]
     double curl[5] = {0, 0, 0, 0, 0};         // 0 to 1
+    // The nozzle that the mouse leads; not while it leads a hand.
+    bool nozzle = false;
+    int section = 0;         // of section_kinds without outlines
+    double diameter = 0.05;  // [m]
     bool paused = false, filming = false;
     int export_what = 0, export_unit = 0;  // 0: automatic
     bool export_chosen = false;            // of the chosen object alone
