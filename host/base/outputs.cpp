@@ -232,6 +232,25 @@ void write_whole(const std::string& file, const std::string& bytes)
     write_whole_unless([] { return false; }, file, bytes);
 }
 
+void write_in_parts(const std::string& file, const std::function<void(const AddBytes& add)>& make)
+{
+    if (is_standard(file))
+        return make([&](const std::string& bytes) {
+            if (const int reason = write_all(STDOUT_FILENO, bytes)) refuse(file, reason);
+        });
+    struct Stopped {};
+    const EndHeld held;  // a signal must not leave a partial file
+    PartialFile partial(file);
+    try {
+        make([&](const std::string& bytes) {
+            if (!partial.write_unless([] { return EndHeld::pending(); }, bytes)) throw Stopped();
+        });
+    } catch (const Stopped&) {
+        return;
+    }
+    partial.put_in_place();
+}
+
 bool write_whole_unless(const std::function<bool()>& stop, const std::string& file,
                         const std::string& bytes)
 {

@@ -64,7 +64,12 @@ class PartialFile {
 // Throws OutputError. Strong guarantee: on errors, and on signals that are not watched
 // (interrupt.h), an existing file is unchanged.
 void write_whole(const std::string& file, const std::string& bytes);
-// The same, but calls `stop` meanwhile. Returns false if stopped; an existing file is unchanged.
+// The same of a file that is made part by part: make(add) calls add(bytes) for each, in order, and
+// is left by an exception of its own kind where writing ends early.
+using AddBytes = std::function<void(const std::string& bytes)>;
+void write_in_parts(const std::string& file, const std::function<void(const AddBytes& add)>& make);
+// As write_whole(), but calls `stop` meanwhile. Returns false if stopped; an existing file is
+// unchanged.
 bool write_whole_unless(const std::function<bool()>& stop, const std::string& file,
                         const std::string& bytes);
 

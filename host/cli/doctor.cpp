@@ -10,6 +10,7 @@
 #include "host/base/print.h"
 #include "host/cli/verbs.h"
 #include "host/files/video.h"
+#include "host/files/webp.h"
 #include "host/scene/seed.h"
 #include "host/share/sharing.h"
 #include "render/painter.h"
@@ -152,6 +153,8 @@ int doctor_verb(const DoctorOptions& o)
     all.push_back(sharing_finding());
     all.push_back(
         finding("ffmpeg", ffmpeg, ffmpeg ? "on the PATH" : "not on the PATH; no --video"));
+    all.push_back(finding("libwebp", webp_available(),
+                          webp_available() ? "in this build" : "not in this build; no SOG"));
     all.push_back(openxr_finding());
     add_leftovers(all, o.folders);
     if (o.json) {

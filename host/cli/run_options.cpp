@@ -9,6 +9,7 @@
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
 #include "host/cli/script.h"
+#include "host/files/webp.h"
 #include "host/scene/domain.h"
 
 namespace knead {
@@ -56,6 +57,8 @@ void check_options(const RunOptions& o)
         throw UsageError(
             "--splats: expected ply, compressed.ply, splat, spz, sog, glb or none, found \"" +
             o.splats + "\"");
+    if (o.splats == "sog" && !webp_available())
+        throw UsageError("--splats sog: this program was built without libwebp");
     if (o.out.empty() &&
         (o.video || o.particles || o.pictures > 0 || o.mesh_every > 0 || o.particles_every > 0))
         throw UsageError("--video, --particles, --pictures and sequences need --out DIR");

@@ -260,11 +260,6 @@ void refuse_gltf(const std::string& path, const std::string& where, const std::s
     throw InputError(fmt::format("{}: {}: expected {}, found {}", path, where, expected, found));
 }
 
-std::size_t glb_json_size(const std::string& bytes, const std::string& path)
-{
-    return Guard(path).json_size(bytes);
-}
-
 GuardedGlb guarded_glb(std::string bytes, const std::string& path, GltfSkins skins)
 {
     const Guard guard(path);

@@ -17,10 +17,6 @@ struct GuardedGlb {
 // Throws InputError, also for an extension that is required and not known here.
 GuardedGlb guarded_glb(std::string bytes, const std::string& path, GltfSkins skins);
 
-// Size of the JSON chunk, which begins at byte 20; both chunks lie inside the file. Throws
-// InputError.
-std::size_t glb_json_size(const std::string& bytes, const std::string& path);
-
 // Throws InputError with path, place, expected and found.
 [[noreturn]] void refuse_gltf(const std::string& path, const std::string& where,
                               const std::string& expected, const std::string& found);

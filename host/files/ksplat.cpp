@@ -4,7 +4,6 @@
 
 #include <array>
 #include <bit>
-#include <cstring>
 
 #include "host/base/errors.h"
 #include "host/files/ply.h"
@@ -20,7 +19,9 @@ constexpr std::size_t max_degree_in_file = 2;
 
 class KsplatReader {
   public:
-    KsplatReader(const std::string& all, const std::string& file) : bytes(all), path(file) {}
+    KsplatReader(const ByteWindow& all, const std::string& file) : bytes(all), rows(all), path(file)
+    {
+    }
 
     SplatFile read()
     {
@@ -60,7 +61,8 @@ class KsplatReader {
     struct Section {
         std::size_t count, degree, full, bucket_size, row;
         double range, block;
-        std::size_t lengths, buckets, bucket_count, rows, end;  // offsets, but for bucket_count
+        std::size_t lengths, buckets, bucket_count, first_row,
+            end;  // offsets, but for bucket_count
     };
 
     [[noreturn]] void fail(std::size_t byte_at, const std::string& expected,
@@ -74,9 +76,7 @@ class KsplatReader {
     template <class T>
     T at(std::size_t offset) const
     {
-        T value;
-        std::memcpy(&value, bytes.data() + offset, sizeof value);
-        return value;
+        return bytes.at<T>(offset);
     }
 
     // The header at `from`, of a section whose data begins at `data`.
@@ -102,8 +102,8 @@ class KsplatReader {
         const std::size_t sh = 3 * std::size_t(harmonics(int(s.degree)) - 1);
         s.row = level == 0 ? 44 + 4 * sh : 24 + (level == 1 ? 2 : 1) * sh;
         s.lengths = data, s.buckets = data + 4 * partial;
-        s.rows = s.buckets + stored * s.bucket_count;
-        s.end = s.rows + s.row * most;  // below 2^32 * 140 each: no overflow
+        s.first_row = s.buckets + stored * s.bucket_count;
+        s.end = s.first_row + s.row * most;  // below 2^32 * 140 each: no overflow
         if (s.end > bytes.size())
             fail(from, fmt::format("a section that ends at {} at most", bytes.size()),
                  fmt::format("{} splats of {} bytes that end at {}", most, s.row, s.end));
@@ -137,7 +137,7 @@ class KsplatReader {
                 while (left == 0) left = length_of(++bucket);
                 --left;
             }
-            add(s, s.rows + i * s.row, bucket, gather);
+            add(s, s.first_row + i * s.row, bucket, gather);
         }
     }
 
@@ -145,19 +145,19 @@ class KsplatReader {
     void add(const Section& s, std::size_t from, std::size_t bucket, SplatGather& gather) const
     {
         const auto real = [&](std::size_t offset, std::size_t k) -> double {
-            return level == 0 ? double(at<float>(from + offset + 4 * k))
-                              : half_number(at<std::uint16_t>(from + offset + 2 * k));
+            return level == 0 ? double(rows.at<float>(from + offset + 4 * k))
+                              : half_number(rows.at<std::uint16_t>(from + offset + 2 * k));
         };
         const auto centre = [&](std::size_t k) -> double {
-            if (level == 0) return at<float>(from + 4 * k);
+            if (level == 0) return rows.at<float>(from + 4 * k);
             const double spacing = s.block / 2 / s.range;
-            return (double(at<std::uint16_t>(from + 2 * k)) - s.range) * spacing +
+            return (double(rows.at<std::uint16_t>(from + 2 * k)) - s.range) * spacing +
                    double(at<float>(s.buckets + bucket_bytes * bucket + 4 * k));
         };
         const std::size_t scale = level == 0 ? 12 : 6, rotation = level == 0 ? 24 : 12,
                           colour = level == 0 ? 40 : 20, sh = colour + 4;
         const auto channel = [&](std::size_t k) {
-            return double(at<std::uint8_t>(from + colour + k)) / 255;
+            return double(rows.at<std::uint8_t>(from + colour + k)) / 255;
         };
         // Each degree channel by channel.
         const auto coefficient = [&](int k) -> Vec3<double> {
@@ -172,7 +172,7 @@ class KsplatReader {
                 const std::size_t number = first + c * each + n;
                 if (level < 2) return real(sh, number);
                 return low_sh +
-                       double(at<std::uint8_t>(from + sh + number)) / 255 * (high_sh - low_sh);
+                       double(rows.at<std::uint8_t>(from + sh + number)) / 255 * (high_sh - low_sh);
             };
             return {part(0), part(1), part(2)};
         };
@@ -183,7 +183,7 @@ class KsplatReader {
                    coefficient);
     }
 
-    const std::string& bytes;
+    const ByteWindow bytes, rows;  // headers and buckets; rows
     const std::string& path;
     int level = 0;
     double low_sh = -1.5, high_sh = 1.5;
@@ -192,6 +192,11 @@ class KsplatReader {
 }  // namespace
 
 SplatFile parse_ksplat(const std::string& bytes, const std::string& path)
+{
+    return parse_ksplat(ByteWindow(bytes), path);
+}
+
+SplatFile parse_ksplat(const ByteWindow& bytes, const std::string& path)
 {
     return KsplatReader(bytes, path).read();
 }

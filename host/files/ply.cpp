@@ -304,6 +304,8 @@ const PlyElement* PlyFile::find(const std::string& element) const
 
 std::size_t size_of(PlyType type) { return bytes_of[int(type)]; }
 
+double number_of(PlyType type, const char* little_endian) { return load(type, little_endian); }
+
 PlyFile parse_ply(const std::string& bytes, const std::string& path)
 {
     return Parser(bytes, path).parse();

@@ -47,6 +47,7 @@ PlyFile parse_ply_rows(const std::string& bytes, const std::string& path,
                        const std::string& element, const PlyVisit& visit);
 
 std::size_t size_of(PlyType type);  // [bytes]
+double number_of(PlyType type, const char* little_endian);
 
 // Value of a half-precision float (IEEE 754 binary16).
 double half_number(std::uint16_t bits);

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <numeric>
 
 #include "cuda/math/box.h"
@@ -13,6 +14,7 @@
 #include "host/base/json_reader.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
+#include "host/files/byte_window.h"
 #include "host/files/splat_gather.h"
 
 namespace knead {
@@ -159,6 +161,11 @@ std::vector<std::string> remarks(const SplatFile& file)
 
 SplatFile parse_splat(const std::string& bytes, const std::string& path)
 {
+    return parse_splat(ByteWindow(bytes), path);
+}
+
+SplatFile parse_splat(const ByteWindow& bytes, const std::string& path)
+{
     if (bytes.size() % sizeof(SplatRow) != 0)
         throw InputError(fmt::format("{}: expected rows of {} bytes, found {} bytes after the last",
                                      path, sizeof(SplatRow), bytes.size() % sizeof(SplatRow)));
@@ -166,8 +173,7 @@ SplatFile parse_splat(const std::string& bytes, const std::string& path)
     SplatGather gather("splat", 0);
     gather.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
-        SplatRow row;
-        std::memcpy(&row, bytes.data() + i * sizeof row, sizeof row);
+        const SplatRow row = bytes.at<SplatRow>(i * sizeof(SplatRow));
         const auto part = [&](int k) { return (double(row.rotation[k]) - 128) / 128; };
         const auto dc = [&](int k) { return (double(row.colour[k]) / 255 - 0.5) / sh_constant; };
         gather.add({{row.centre[0], row.centre[1], row.centre[2]},
@@ -181,24 +187,35 @@ SplatFile parse_splat(const std::string& bytes, const std::string& path)
     return gather.gathered(path);
 }
 
-std::string splat_bytes(const SplatCloud& cloud)
+void write_dot_splat(const SplatCloud& cloud, const AddBytes& add)
 {
-    std::string out;
-    out.reserve(cloud.count() * sizeof(SplatRow));
+    constexpr std::size_t part_bytes = 4 << 20;
+    std::string part;
     const std::size_t stride = std::size_t(harmonics(cloud.degree));
     for (std::size_t i = 0; i < cloud.count(); ++i) {
         const Vec3<float> x = cloud.centre[i], s = cloud.scale[i], dc = cloud.sh[i * stride];
         const Quat<float> q = cloud.rotation[i];
         const auto colour = [](float c) { return byte(255 * (0.5 + sh_constant * double(c))); };
-        const auto part = [](float c) { return byte(128 + 128 * double(c)); };
+        const auto of_rotation = [](float c) { return byte(128 + 128 * double(c)); };
         const SplatRow row{
             {x.x, x.y, x.z},
             {s.x, s.y, s.z},
             {colour(dc.x), colour(dc.y), colour(dc.z), byte(255 * double(cloud.opacity[i]))},
-            {part(q.w), part(q.x), part(q.y), part(q.z)}};
-        out.append(reinterpret_cast<const char*>(&row), sizeof row);
+            {of_rotation(q.w), of_rotation(q.x), of_rotation(q.y), of_rotation(q.z)}};
+        part.append(reinterpret_cast<const char*>(&row), sizeof row);
+        if (part.size() < part_bytes) continue;
+        add(part);
+        part.clear();
     }
-    return out;
+    add(part);
+}
+
+std::string splat_bytes(const SplatCloud& cloud)
+{
+    std::string all;
+    all.reserve(cloud.count() * sizeof(SplatRow));
+    write_dot_splat(cloud, [&](const std::string& part) { all += part; });
+    return all;
 }
 
 void refuse_unread_splats(const std::string& path, const std::string& start)
@@ -213,11 +230,11 @@ void refuse_unread_splats(const std::string& path, const std::string& start)
         refuse(".lcc (XGRIDS)", "export the scene as .ply");
 }
 
-SplatFile parse_splats(const std::string& bytes, const std::string& path)
+SplatFile parse_splats(std::string bytes, const std::string& path)
 {
     refuse_unread_splats(path, bytes);
     const std::string form = ending(path);
-    if (begins_spz(bytes) || form == ".spz") return parse_spz(bytes, path);
+    if (begins_spz(bytes) || form == ".spz") return parse_spz(std::move(bytes), path);
     if (bytes.starts_with("ply") || form == ".ply") return parse_splat_ply(bytes, path);
     if (bytes.starts_with("glTF") || form == ".glb") return parse_splat_glb(bytes, path);
     if (form == ".splat") return parse_splat(bytes, path);
@@ -230,6 +247,22 @@ SplatFile parse_splats(const std::string& bytes, const std::string& path)
 SplatFile read_splats(const std::string& path)
 {
     if (is_sog_folder(path)) return read_sog_folder(path);
+    if (std::optional<SplatFile> plain = read_plain_splat_ply(path)) return std::move(*plain);
+    std::error_code none;
+    if (!is_standard(path) && std::filesystem::is_regular_file(path, none)) {
+        const std::string start = read_start(path, 4), form = ending(path);
+        const auto window = [&] {
+            auto file = std::make_shared<const OpenFile>(path);
+            if (file->size() > max_file_bytes)
+                throw InputError(fmt::format("{}: expected at most {} bytes, found {}", path,
+                                             max_file_bytes, file->size()));
+            return ByteWindow(std::move(file));
+        };
+        const bool named = !start.starts_with("ply") && !begins_spz(start);
+        if (named && start.starts_with("glTF")) return parse_splat_glb(window(), path);
+        if (named && form == ".splat") return parse_splat(window(), path);
+        if (named && form == ".ksplat") return parse_ksplat(window(), path);
+    }
     return parse_splats(read_text(path, max_file_bytes), path);
 }
 
@@ -238,10 +271,14 @@ void write_splats(const std::string& path, const SplatCloud& cloud, int spz_vers
     const std::string form = ending(path);
     if (path.ends_with(".compressed.ply"))
         return write_whole(path, compressed_ply_bytes(cloud, path));
-    if (form == ".ply") return write_whole(path, splat_ply_bytes(cloud));
-    if (form == ".splat") return write_whole(path, splat_bytes(cloud));
+    if (form == ".ply")
+        return write_in_parts(path, [&](const AddBytes& add) { write_splat_ply(cloud, add); });
+    if (form == ".splat")
+        return write_in_parts(path, [&](const AddBytes& add) { write_dot_splat(cloud, add); });
     if (form == ".spz") return write_whole(path, spz_bytes(cloud, path, spz_version));
-    if (form == ".glb") return write_whole(path, splat_glb_bytes(cloud, path));
+    if (form == ".glb")
+        return write_in_parts(path,
+                              [&](const AddBytes& add) { write_splat_glb(cloud, path, add); });
     if (form == ".sog") return write_whole(path, sog_bytes(cloud, path));
     throw InputError(path + ": expected .ply, .splat, .spz, .sog or .glb for splats, found \"" +
                      form + "\"");

@@ -2,9 +2,12 @@
 // .splat, SPZ, glTF. Layouts: docs/reference/formats.md.
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "host/base/outputs.h"
+#include "host/files/byte_window.h"
 #include "host/files/ply.h"
 #include "host/splats/cloud.h"
 
@@ -37,7 +40,7 @@ std::vector<std::string> remarks(const SplatFile& file);
 // Throws InputError with path, place and reason, also if there is no drawable splat. A count that
 // the file cannot hold is rejected before allocation.
 SplatFile read_splats(const std::string& path);
-SplatFile parse_splats(const std::string& bytes, const std::string& path);
+SplatFile parse_splats(std::string bytes, const std::string& path);
 
 // Throws InputError for formats of splats that are known but not read, with what to do: .splatv,
 // .lcc. `start`: the first bytes of the file.
@@ -55,7 +58,12 @@ std::vector<std::string> losses(const SplatCloud& cloud, const std::string& path
 // The individual formats.
 bool holds_splats(const PlyFile& ply);  // the header suffices
 SplatFile parse_splat_ply(const std::string& bytes, const std::string& path);
+// The same of a file, row by row, so that it need not fit into memory beside its splats; nothing
+// for files that are not little-endian rows of plain numbers.
+std::optional<SplatFile> read_plain_splat_ply(const std::string& path);
 std::string splat_ply_bytes(const SplatCloud& cloud);
+// The same, a part of a few MiB at a time.
+void write_splat_ply(const SplatCloud& cloud, const AddBytes& add);
 
 // The compressed PLY of SuperSplat, which parse_splat_ply() reads, too. Writing sorts the splats
 // along a Morton curve; throws InputError for no splats.
@@ -64,10 +72,13 @@ SplatFile parse_compressed_ply(const std::string& bytes, const std::string& path
 std::string compressed_ply_bytes(const SplatCloud& cloud, const std::string& path);
 
 SplatFile parse_splat(const std::string& bytes, const std::string& path);
+SplatFile parse_splat(const ByteWindow& bytes, const std::string& path);
 std::string splat_bytes(const SplatCloud& cloud);
+void write_dot_splat(const SplatCloud& cloud, const AddBytes& add);
 
 // GaussianSplats3D; read only.
 SplatFile parse_ksplat(const std::string& bytes, const std::string& path);
+SplatFile parse_ksplat(const ByteWindow& bytes, const std::string& path);
 
 // SOG, versions 1 and 2: a ZIP, or a folder with meta.json, given by either's path. Throws
 // ResourceError in builds without libwebp.
@@ -79,14 +90,17 @@ SplatFile read_sog_folder(const std::string& path);
 std::string sog_bytes(const SplatCloud& cloud, const std::string& path);
 
 bool begins_spz(const std::string& start);  // `start`: the first bytes of a file
-SplatFile parse_spz(const std::string& bytes, const std::string& path);
+// `bytes` is released once it is unpacked.
+SplatFile parse_spz(std::string bytes, const std::string& path);
 // Version 2, 3 or 4. `path` is used in messages only.
 std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int version = 3);
 
 // KHR_gaussian_splatting, the splats of the default scene. Splats compressed as SPZ are refused.
 bool begins_splat_glb(const std::string& start);  // `start`: at least to the end of the document
 SplatFile parse_splat_glb(const std::string& bytes, const std::string& path);
+SplatFile parse_splat_glb(const ByteWindow& bytes, const std::string& path);
 // KHR_gaussian_splatting; axes right, up, back. `path` is used in messages only.
 std::string splat_glb_bytes(const SplatCloud& cloud, const std::string& path);
+void write_splat_glb(const SplatCloud& cloud, const std::string& path, const AddBytes& add);
 
 }  // namespace knead

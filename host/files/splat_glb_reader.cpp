@@ -38,15 +38,15 @@ bool is_splats(const Json& primitive)
 
 // The numbers of an accessor, inside the file.
 struct Numbers {
-    const unsigned char* first = nullptr;
+    std::size_t first = 0;  // offset in the file
     std::size_t count = 0, stride = 0;
     int component = gltf_float;
     bool normalised = false;
 
-    double at(std::size_t row, std::size_t column) const
+    double at(const ByteWindow& file, std::size_t row, std::size_t column) const
     {
         const auto as = [&](auto stored, double most) {
-            std::memcpy(&stored, first + row * stride + column * sizeof stored, sizeof stored);
+            stored = file.at<decltype(stored)>(first + row * stride + column * sizeof stored);
             return normalised ? std::max(double(stored) / most, -1.0) : double(stored);
         };
         switch (component) {
@@ -58,14 +58,14 @@ struct Numbers {
                 return as(std::int16_t{}, 32767);
             case 5123:
                 return as(std::uint16_t{}, 65535);
-            default: {
-                float stored;
-                std::memcpy(&stored, first + row * stride + column * sizeof stored, sizeof stored);
-                return stored;
-            }
+            default:
+                return file.at<float>(first + row * stride + column * sizeof(float));
         }
     }
-    Vec3<double> vector(std::size_t row) const { return {at(row, 0), at(row, 1), at(row, 2)}; }
+    Vec3<double> vector(const ByteWindow& file, std::size_t row) const
+    {
+        return {at(file, row, 0), at(file, row, 1), at(file, row, 2)};
+    }
 };
 
 // Attributes of one primitive.
@@ -84,18 +84,22 @@ Affine operator*(const Affine& a, const Affine& b) { return {a.m * b.m, a.m * b.
 
 class SplatGlbReader {
   public:
-    SplatGlbReader(const std::string& all, const std::string& file)
-        : bytes(all), path(file), json_size(glb_json_size(all, file))
+    SplatGlbReader(const ByteWindow& all, const std::string& file) : bytes(all), path(file)
     {
-        document = parse_json(bytes.substr(json_at, json_size), path);
+        const auto head = [&](std::size_t size) {
+            return std::string(bytes.pointer(0, size), size);
+        };
+        const std::size_t first = std::min(bytes.size(), json_at);
+        const std::size_t json_size = glb_json_size(head(first), bytes.size(), path);
+        document = parse_json(std::string(bytes.pointer(json_at, json_size), json_size), path);
         if (!document.is_object()) refuse_gltf(path, "/", "an object", described(document));
         const std::size_t chunk = json_at + json_size;
-        if (chunk < bytes.size()) {
-            std::uint32_t size;
-            std::memcpy(&size, bytes.data() + chunk, sizeof size);
-            binary = reinterpret_cast<const unsigned char*>(bytes.data()) + chunk + 8;
-            binary_size = size;
-        }
+        if (chunk == bytes.size()) return;
+        const std::string header(
+            bytes.pointer(chunk, std::min<std::size_t>(8, bytes.size() - chunk)),
+            std::min<std::size_t>(8, bytes.size() - chunk));
+        binary_size = glb_binary_size(header, chunk, bytes.size(), path);
+        binary = chunk + 8;
     }
 
     SplatFile read()
@@ -360,7 +364,7 @@ class SplatGlbReader {
                             fmt::format("{} elements each", all.centre.count),
                             std::to_string(one->count));
         for (std::size_t i = 0; i < all.scale.count && !all.logs; ++i) {
-            const Vec3<double> s = all.scale.vector(i);
+            const Vec3<double> s = all.scale.vector(bytes, i);
             all.logs = s.x < 0 || s.y < 0 || s.z < 0;
         }
         if (all.logs) {
@@ -403,7 +407,7 @@ class SplatGlbReader {
         const std::string there = fmt::format("/bufferViews/{}", view_index);
         if (view.contains("extensions"))
             refuse_gltf(path, there + "/extensions", "a plain view", described(view["extensions"]));
-        if (whole(view, "buffer", there) != 0 || !binary)
+        if (whole(view, "buffer", there) != 0 || binary == 0)
             refuse_gltf(path, there + "/buffer", "the buffer inside the file", "another");
         const std::size_t from_byte = whole(view, "byteOffset", there, 0),
                           length = whole(view, "byteLength", there),
@@ -429,30 +433,34 @@ class SplatGlbReader {
         // glTF axes: right, up, back.
         const Affine turned = Affine{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, {0, 0, 0}} * at;
         const SplatTransform transform(turned.m, turned.shift);
+        // A window for each attribute: all are read from the first row to the last.
+        const ByteWindow centres(bytes), rotations(bytes), scales(bytes), opacities(bytes);
+        const std::vector<ByteWindow> coefficients(part.sh.size(), bytes);
         for (std::size_t i = 0; i < part.centre.count; ++i) {
-            Vec3<double> s = part.scale.vector(i);
+            Vec3<double> s = part.scale.vector(scales, i);
             if (part.logs) s = {std::exp(s.x), std::exp(s.y), std::exp(s.z)};
-            const Quat<double> q{part.rotation.at(i, 3), part.rotation.at(i, 0),
-                                 part.rotation.at(i, 1), part.rotation.at(i, 2)};
-            RawSplat raw{transform.place(part.centre.vector(i)), s, q, part.opacity.at(i, 0)};
+            const auto turn = [&](std::size_t k) { return part.rotation.at(rotations, i, k); };
+            const Quat<double> q{turn(3), turn(0), turn(1), turn(2)};
+            RawSplat raw{transform.place(part.centre.vector(centres, i)), s, q,
+                         part.opacity.at(opacities, i, 0)};
             if (const double square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
                 std::isfinite(square) && square > 0 && std::isfinite(s.x + s.y + s.z)) {
                 const Ellipsoid<double> e = transform.apply({unit(q), s});
                 raw.scale = e.scale, raw.rotation = e.q;
             }
             const auto stored = [&](int k) {
-                return k < harmonics(part.degree) ? part.sh[std::size_t(k)].vector(i)
-                                                  : Vec3<double>{0, 0, 0};
+                return k < harmonics(part.degree)
+                           ? part.sh[std::size_t(k)].vector(coefficients[std::size_t(k)], i)
+                           : Vec3<double>{0, 0, 0};
             };
             gather.add(raw, [&](int k) { return transform.coefficient(k, stored); });
         }
     }
 
-    const std::string& bytes;
+    const ByteWindow bytes;
     const std::string& path;
-    const std::size_t json_size;
     Json document;
-    const unsigned char* binary = nullptr;
+    std::size_t binary = 0;  // offset of the buffer; 0: none
     std::size_t binary_size = 0, walked = 0, skipped = 0, count = 0;
     std::vector<std::pair<SplatPart, Affine>> placed_parts;
     std::vector<std::string> notes;
@@ -480,6 +488,11 @@ bool begins_splat_glb(const std::string& start)
 }
 
 SplatFile parse_splat_glb(const std::string& bytes, const std::string& path)
+{
+    return parse_splat_glb(ByteWindow(bytes), path);
+}
+
+SplatFile parse_splat_glb(const ByteWindow& bytes, const std::string& path)
 {
     return SplatGlbReader(bytes, path).read();
 }

@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <limits>
 
 #include "host/base/errors.h"
+#include "host/base/json_reader.h"
+#include "host/base/paths.h"
 #include "host/files/splat_gather.h"
 #include "host/files/splat_ply_dialect.h"
 
@@ -310,41 +314,118 @@ bool holds_splats(const PlyFile& ply)
            (vertex && vertex->find("scale_0") && vertex->find("rot_0") && vertex->find("opacity"));
 }
 
+namespace {
+
+// What is done with each row of a file, and with all of them at the end.
+class RowReader {
+  public:
+    RowReader(const PlyFile& ply, const std::string& file)
+        : path(file), header(ply, file), columns(header.columns()), gather("ply", columns.degree)
+    {
+        gather.file.cloud.antialiased = says_antialiased(ply) || columns.filter.there();
+    }
+
+    void add(std::size_t i, const double* row)
+    {
+        // Reserved only now, when the file is known to be long enough.
+        if (i == 0) gather.reserve(header.vertex->rows);
+        ranges.add(columns, row);
+        const std::size_t of_channel = columns.rest.size() / 3;
+        gather.add(raw_splat(columns, row), [&](int k) -> Vec3<double> {
+            if (k == 0) return colour_of(columns, row);
+            const std::size_t at = std::size_t(k - 1);
+            return {columns.rest[at].of(row), columns.rest[of_channel + at].of(row),
+                    columns.rest[2 * of_channel + at].of(row)};
+        });
+    }
+
+    // `others`: the values of the other elements.
+    SplatFile read(const PlyFile& others)
+    {
+        SplatFile file = gather.gathered(path);
+        add_notes(file, columns, ranges, *header.vertex);
+        for (const std::string& text : dialect_notes(others)) file.notes.push_back(text);
+        return file;
+    }
+
+  private:
+    const std::string& path;
+    const Header header;
+    const Columns columns;
+    SplatGather gather;
+    Ranges ranges;
+};
+
+// Size of a row of the only element, of plain numbers, of a little-endian file; 0 for others.
+std::size_t row_of_plain_file(const PlyFile& ply)
+{
+    if (!ply.little_endian || ply.elements.size() != 1 || ply.elements[0].name != "vertex" ||
+        holds_compressed_splats(ply))
+        return 0;
+    std::size_t size = 0;
+    for (const PlyProperty& p : ply.elements[0].properties) {
+        if (p.list) return 0;
+        size += size_of(p.type);
+    }
+    return size;
+}
+
+}  // namespace
+
 SplatFile parse_splat_ply(const std::string& bytes, const std::string& path)
 {
     const PlyFile ply = parse_ply_header(bytes, path);
     if (holds_compressed_splats(ply)) return parse_compressed_ply(bytes, path);
     refuse_other_kernels(ply, path);
-    const Header header(ply, path);
-    const Columns c = header.columns();
-    const std::size_t of_channel = c.rest.size() / 3;
-    SplatGather gather("ply", c.degree);
-    gather.file.cloud.antialiased = says_antialiased(ply) || c.filter.there();
-    Ranges ranges;
-    const PlyFile others =
-        parse_ply_rows(bytes, path, "vertex", [&](std::size_t i, const double* row) {
-            // Reserved only now, when the file is known to be long enough.
-            if (i == 0) gather.reserve(header.vertex->rows);
-            ranges.add(c, row);
-            gather.add(raw_splat(c, row), [&](int k) -> Vec3<double> {
-                if (k == 0) return colour_of(c, row);
-                const std::size_t at = std::size_t(k - 1);
-                return {c.rest[at].of(row), c.rest[of_channel + at].of(row),
-                        c.rest[2 * of_channel + at].of(row)};
-            });
-        });
-    SplatFile file = gather.gathered(path);
-    add_notes(file, c, ranges, *header.vertex);
-    for (const std::string& text : dialect_notes(others)) file.notes.push_back(text);
-    return file;
+    RowReader rows(ply, path);
+    return rows.read(parse_ply_rows(bytes, path, "vertex",
+                                    [&](std::size_t i, const double* row) { rows.add(i, row); }));
 }
 
-std::string splat_ply_bytes(const SplatCloud& cloud)
+std::optional<SplatFile> read_plain_splat_ply(const std::string& path)
 {
-    std::string out = header_for(cloud);
+    constexpr std::size_t longest_header = 1 << 20, part_bytes = 4 << 20;
+    std::error_code none;
+    const std::uintmax_t file_size = std::filesystem::file_size(path, none);
+    if (is_standard(path) || none || file_size > max_file_bytes) return {};
+    const std::string start = read_start(path, longest_header);
+    if (!start.starts_with("ply") || start.find("end_header") == std::string::npos) return {};
+    const PlyFile ply = parse_ply_header(start, path);
+    const std::size_t row = row_of_plain_file(ply);
+    // What is malformed is refused with its place by the reader of whole files.
+    if (row == 0 || ply.elements[0].rows == 0 || file_size != ply.body + ply.elements[0].rows * row)
+        return {};
+    refuse_other_kernels(ply, path);
+    RowReader rows(ply, path);
+    std::ifstream file(path, std::ios::binary);
+    file.seekg(std::streamoff(ply.body));
+    const std::size_t rows_a_part = std::max<std::size_t>(1, part_bytes / row);
+    std::string part;
+    std::vector<double> values(ply.elements[0].properties.size());
+    for (std::size_t i = 0; i < ply.elements[0].rows; ++i) {
+        const std::size_t in_part = i % rows_a_part;
+        if (in_part == 0) {
+            part.resize(row * std::min(rows_a_part, ply.elements[0].rows - i));
+            if (!file.read(part.data(), std::streamsize(part.size())))
+                throw InputError(path + ": cannot be read to its end");
+        }
+        const char* at = part.data() + in_part * row;
+        for (std::size_t k = 0; k < values.size(); ++k) {
+            const PlyType type = ply.elements[0].properties[k].type;
+            values[k] = number_of(type, at);
+            at += size_of(type);
+        }
+        rows.add(i, values.data());
+    }
+    return rows.read(ply);
+}
+
+void write_splat_ply(const SplatCloud& cloud, const AddBytes& add)
+{
+    constexpr std::size_t part_bytes = 4 << 20;
+    std::string part = header_for(cloud);
     const std::size_t stride = std::size_t(harmonics(cloud.degree));
     std::vector<float> row;
-    out.reserve(out.size() + cloud.count() * (17 - 3 + 3 * stride) * sizeof(float));
     for (std::size_t i = 0; i < cloud.count(); ++i) {
         const Vec3<float> x = cloud.centre[i], s = cloud.scale[i];
         const Quat<float> q = cloud.rotation[i];
@@ -354,9 +435,21 @@ std::string splat_ply_bytes(const SplatCloud& cloud)
             for (std::size_t k = 1; k < stride; ++k) row.push_back(sh[k].*channel);
         row.insert(row.end(), {logit(cloud.opacity[i]), logarithm(s.x), logarithm(s.y),
                                logarithm(s.z), q.w, q.x, q.y, q.z});
-        out.append(reinterpret_cast<const char*>(row.data()), row.size() * sizeof(float));
+        part.append(reinterpret_cast<const char*>(row.data()), row.size() * sizeof(float));
+        if (part.size() < part_bytes) continue;
+        add(part);
+        part.clear();
     }
-    return out;
+    add(part);
+}
+
+std::string splat_ply_bytes(const SplatCloud& cloud)
+{
+    std::string all;
+    all.reserve(2048 +
+                cloud.count() * sizeof(float) * (14 + 3 * std::size_t(harmonics(cloud.degree))));
+    write_splat_ply(cloud, [&](const std::string& part) { all += part; });
+    return all;
 }
 
 }  // namespace knead

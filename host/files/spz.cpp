@@ -267,7 +267,7 @@ std::string unpacked_streams(const std::string& bytes, const SpzHeader& h, std::
     return all;
 }
 
-SplatFile parse_spz_4(const std::string& bytes, const SpzHeader& h, const std::string& path)
+SplatFile parse_spz_4(std::string bytes, const SpzHeader& h, const std::string& path)
 {
     SpzTail tail;
     if (bytes.size() < header_4) fail(path, "a header of 32 bytes", std::to_string(bytes.size()));
@@ -282,7 +282,8 @@ SplatFile parse_spz_4(const std::string& bytes, const SpzHeader& h, const std::s
                  std::to_string(tail.table - header_4));
         system = named_axes(std::string_view(bytes).substr(header_4, size), path);
     }
-    SplatFile file = unpacked(unpacked_streams(bytes, h, tail.table, path), h, system, path);
+    bytes = unpacked_streams(bytes, h, tail.table, path);
+    SplatFile file = unpacked(bytes, h, system, path);
     if (system == 0)
         file.notes.push_back(
             "no record of its axes: read as right, up, back, as the format has them; if the object "
@@ -314,7 +315,7 @@ bool begins_spz(const std::string& start)
     return start.starts_with("NGSP") || (begins_gzip(start) && gunzipped_start(start, 4) == "NGSP");
 }
 
-SplatFile parse_spz(const std::string& bytes, const std::string& path)
+SplatFile parse_spz(std::string bytes, const std::string& path)
 {
     const bool packed = begins_gzip(bytes);
     // The limit of a header in the open is known with its version.
@@ -325,17 +326,16 @@ SplatFile parse_spz(const std::string& bytes, const std::string& path)
                               : std::max(unpacked_anyway, unpacked_ratio * bytes.size()));
     if (h.version == 4) {
         if (packed) fail(path, "version 4 in the open", "a gzip stream around it");
-        return parse_spz_4(bytes, h, path);
+        return parse_spz_4(std::move(bytes), h, path);
     }
     const std::size_t end = sizeof h + h.count * sizes(int(h.version), h.degree).all();
     const bool extended = h.flags & extensions_flag;
     const std::size_t most = end + (extended ? max_extensions : 0);
-    const std::string unzipped = packed ? gunzipped(bytes, path, most) : std::string();
-    const std::string& all = packed ? unzipped : bytes;
-    if (all.size() < end || all.size() > most)
+    if (packed) bytes = gunzipped(bytes, path, most);
+    if (bytes.size() < end || bytes.size() > most)
         fail(path, fmt::format("{} splats in {} bytes", h.count, end),
-             fmt::format("{} bytes", all.size()));
-    const std::string_view whole = all;
+             fmt::format("{} bytes", bytes.size()));
+    const std::string_view whole = bytes;
     const std::uint32_t system = extended ? named_axes(whole.substr(end), path) : 0;
     return unpacked(whole.substr(sizeof h, end - sizeof h), h, system, path);
 }

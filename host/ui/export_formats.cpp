@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "host/files/webp.h"
 #include "host/session/session_file.h"
 
 namespace knead {
@@ -15,8 +16,8 @@ const std::vector<std::pair<std::string, std::string>>& formats()
         {".obj", "OBJ: any modelling program"},
         {".ply", "PLY: MeshLab; splats: SuperSplat"},
         {".spz", "SPZ: splats, small"},
-        {".sog", "SOG: splats, small, PlayCanvas"},
-        {".splat", "splat: splats for browsers"}};
+        {".splat", "splat: splats for browsers"},
+        {".sog", "SOG: splats, small, PlayCanvas"}};
     return all;
 }
 
@@ -32,7 +33,8 @@ std::vector<std::string> openable_endings()
 std::vector<std::string> export_endings()
 {
     std::vector<std::string> all;
-    for (const auto& [ending, text] : formats()) all.push_back(ending);
+    for (const auto& [ending, text] : formats())
+        if (ending != ".sog" || webp_available()) all.push_back(ending);
     return all;
 }
 

@@ -17,6 +17,7 @@
 #include "host/base/machine.h"
 #include "tests/files/chunk_bytes.h"
 #include "tests/folder.h"
+#include "tests/memory_of.h"
 #include "tests/reason.h"
 #include "tests/sanitized.h"
 #include "tests/small_disk.h"
@@ -65,22 +66,6 @@ std::vector<std::string> payloads(const ChunkFile& file)
     return all;
 }
 std::vector<std::string> payloads(const std::string& file) { return payloads(ChunkFile(file)); }
-
-// Peak of memory that an action takes beyond what was taken before [bytes].
-template <class Action>
-std::size_t memory_of(const Action& action)
-{
-    const auto peak = [] {
-        std::ifstream in("/proc/self/status");
-        for (std::string key; in >> key;)
-            if (std::size_t kib; key == "VmHWM:" && in >> kib) return kib * 1024;
-        return std::size_t(0);
-    };
-    std::ofstream("/proc/self/clear_refs") << 5;  // the peak becomes what is taken now
-    const std::size_t before = peak();
-    action();
-    return peak() - before;
-}
 
 class ChunkFileTest : public InFolder {
   protected:

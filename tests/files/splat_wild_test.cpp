@@ -409,6 +409,37 @@ TEST(SplatsInTheWild, FormatsThatAreNotReadAreNamed)
     EXPECT_NE(said("", "scan.lcc").find("XGRIDS"), std::string::npos);
 }
 
+// The older kind: without bounds of colours, which are stored as they are; an element "sh" of no
+// properties, as another writer has it.
+TEST(SplatsInTheWild, ACompressedPlyOfTwelveColumnsIsRead)
+{
+    Names bounds;
+    for (const char* of : {"min_", "max_", "min_scale_", "max_scale_"})
+        for (const char* axis : {"x", "y", "z"}) bounds.push_back(of + std::string(axis));
+    const std::string bytes =
+        "ply\nformat binary_little_endian 1.0\nelement chunk 1\n" + properties(bounds) +
+        "element vertex 1\n" +
+        properties({"packed_position", "packed_rotation", "packed_scale", "packed_color"}, "uint") +
+        "element sh 1\nend_header\n" +
+        bytes_of(std::vector<float>{-1, -2, -3, 1, 2, 3, -4, -4, -4, 0, -4, -2}) +
+        // The upper end, the lower end and the middle; z is the largest; a half and both ends.
+        bytes_of(std::vector<std::uint32_t>{2047u << 21 | 1024, 3u << 30 | 512u << 20 | 512u << 10,
+                                            2047u << 21 | 2047, 0xff003380u});
+    const SplatFile file = parse_splats(bytes, "old.ply");
+    ASSERT_EQ(file.cloud.count(), 1u);
+    EXPECT_EQ(file.cloud.degree, 0);
+    expect_near(file.cloud.centre[0], {1, -2, 3 * (2048.0 / 2047 - 1)}, 1e-6);
+    expect_near(file.cloud.scale[0], {1, std::exp(-4), std::exp(-2)}, 1e-6);
+    EXPECT_NEAR(file.cloud.opacity[0], 128 / 255.0, 1e-6);
+    expect_near(file.cloud.sh[0], {0.5 / sh_constant, -0.5 / sh_constant, -0.3 / sh_constant},
+                1e-6);
+    const double half_step = std::sqrt(2.0) * (512 / 1023.0 - 0.5), y = -std::sqrt(0.5);
+    EXPECT_NEAR(file.cloud.rotation[0].w, half_step, 1e-6);
+    EXPECT_NEAR(file.cloud.rotation[0].x, half_step, 1e-6);
+    EXPECT_NEAR(file.cloud.rotation[0].y, y, 1e-6);
+    EXPECT_NEAR(file.cloud.rotation[0].z, std::sqrt(0.5 - 2 * half_step * half_step), 1e-6);
+}
+
 // A header of compressed PLY, with a chunk and a vertex element.
 TEST(SplatsInTheWild, ACompressedPlyThatIsMalformedSaysWhere)
 {
