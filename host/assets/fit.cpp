@@ -176,13 +176,13 @@ Deviation deviation(const Rig& rig, Side side, const Skin& skin,
 namespace {
 
 // Transforms of bound spheres from the open hand to another pose of its joints.
-std::vector<Carry> carries(const std::vector<FittedSphere>& spheres,
-                           const std::array<Joint<double>, joint_count>& open,
-                           const std::array<Joint<double>, joint_count>& pose)
+std::vector<SphereMotion> carries(const std::vector<FittedSphere>& spheres,
+                                  const std::array<Joint<double>, joint_count>& open,
+                                  const std::array<Joint<double>, joint_count>& pose)
 {
-    std::vector<Carry> out;
+    std::vector<SphereMotion> out;
     for (const FittedSphere& s : spheres) {
-        Carry to{diagonal(0.0), {}};
+        SphereMotion to{diagonal(0.0), {}};
         for (int k = 0; k < 4; ++k) {
             const Joint<double>&a = open[s.joint[k]], &b = pose[s.joint[k]];
             const Quat<double> turn = b.q * conjugate(a.q);

@@ -29,7 +29,7 @@ void for_each_share(const Primitive& q, const ClosestPoint<double>& f, Visit&& v
 }
 
 // Rigid transform of a sphere's centre from the fitted pose to another pose of the hand.
-struct Carry {
+struct SphereMotion {
     Mat3<double> turn;
     Vec3<double> shift;  // [m]
 };
@@ -38,7 +38,7 @@ struct Carry {
 // fitted pose.
 struct FitView {
     std::vector<SkinPoint> points;
-    std::vector<Carry> carries;
+    std::vector<SphereMotion> carries;
 };
 
 struct FitOptions {

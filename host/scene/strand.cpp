@@ -16,6 +16,8 @@ namespace knead {
 namespace {
 
 constexpr double most_in_layer = 1e6;
+constexpr double farthest_behind =
+    std::numbers::pi / 3;  // angle between the section's normal and the motion
 constexpr double faces_within = std::numbers::sqrt2 / 2;  // cosine between axis and motion
 
 // Of size 1: of the polygon that a section is, about the centre of its box.
@@ -143,17 +145,22 @@ class Nozzle {
         for (long k = 0; k < steps; ++k) {
             const double from = double(k) / double(steps), to = double(k + 1) / double(steps);
             turn(target(to), whole / double(steps) / strand.diameter);
+            turn(motion, angle_to(motion) - farthest_behind);
             const double part = std::max(0.0, dot(normal, motion)) * whole / double(steps);
             visit(a.at + from * way, a.at + to * way, normal, side, part);
         }
     }
 
   private:
+    double angle_to(Vec3<double> way) const
+    {
+        return std::acos(std::clamp(dot(normal, way), -1.0, 1.0));
+    }
     // By at most `most` radians.
     void turn(Vec3<double> to, double most)
     {
-        const double angle = std::acos(std::clamp(dot(normal, to), -1.0, 1.0));
-        if (angle < 1e-9) return;
+        const double angle = angle_to(to);
+        if (angle < 1e-9 || !(most > 0)) return;
         Vec3<double> sideways = to - dot(normal, to) * normal;
         sideways = length(sideways) > 1e-9 ? 1 / length(sideways) * sideways : side;
         const double by = std::min(angle, most), c = std::cos(by), s = std::sin(by);

@@ -40,9 +40,9 @@ std::optional<StrandFault> fault_of(const Strand& strand);
 
 // Clay leaves the nozzle as fast as the nozzle moves, so that it comes to rest where it is laid.
 // The section faces along the nozzle's axis where that is within 45 degrees of the motion,
-// otherwise along the motion, and turns by at most one radian per diameter of the path. Particles
-// are laid in layers, one volume of the section times the path along the section's normal; a
-// particle has the volume h^3.
+// otherwise along the motion. It turns by at most one radian per diameter of the path, but is never
+// more than 60 degrees from the motion. Particles are laid in layers, one volume of the section
+// times the path along the section's normal; a particle has the volume h^3.
 //
 // Places of the particles that the path lays behind the point `from` of it, which is at least 1 and
 // less than the number of its points, in the object's frame, layer after layer. The layers up to

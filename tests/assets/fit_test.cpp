@@ -50,9 +50,9 @@ TEST(Fit, FindsTheConeThatItsPointsLieOn)
 TEST(Fit, PutsTogetherWhatViewsInSeveralPosesShow)
 {
     const Quat<double> q = turn_about(Vec3<double>{0.6, 0, 0.8}, 0.7);
-    const Carry carry{{rotate(q, Vec3<double>{1, 0, 0}), rotate(q, Vec3<double>{0, 1, 0}),
-                       rotate(q, Vec3<double>{0, 0, 1})},
-                      {0.02, -0.03, 0.05}};
+    const SphereMotion carry{{rotate(q, Vec3<double>{1, 0, 0}), rotate(q, Vec3<double>{0, 1, 0}),
+                              rotate(q, Vec3<double>{0, 0, 1})},
+                             {0.02, -0.03, 0.05}};
     FitView one, other{{}, {carry, carry}};
     for (const SkinPoint& point : around_the_cone()) {
         if (point.p.y > 0)

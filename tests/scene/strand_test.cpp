@@ -147,6 +147,16 @@ TEST(Strands, OfSharpCornersAndOfWaysBackAreLaidToTheirEnd)
         for (const Vec3<double>& x : all) nearest = std::min(nearest, length(x - then));
         EXPECT_LT(nearest, 0.01);
         for (const Vec3<double>& x : all) EXPECT_LE(distance_from(s, x), reach_of(s));
+        // Without a gap: layers of 64 particles, their middles no more than 2 layers apart.
+        const std::size_t layer = 64;
+        ASSERT_EQ(all.size() % layer, 0u);
+        Vec3<double> before{};
+        for (std::size_t from = 0; from < all.size(); from += layer) {
+            Vec3<double> middle{};
+            for (std::size_t i = 0; i < layer; ++i) middle = middle + 1.0 / layer * all[from + i];
+            EXPECT_LT(length(middle - before), 0.0101);
+            before = middle;
+        }
     }
 }
 
