@@ -73,6 +73,10 @@ class ViewApp {
     PanelController panel;
 
   private:
+    struct Preview {
+        Mesh mesh;              // as it was when the gesture began
+        Vec3<double> centre{};  // of mass, of its object
+    };
     LiveOptions live_options();
     bool process_input();
     double event_timeout() const;
@@ -152,7 +156,7 @@ class ViewApp {
     std::map<ObjectId, Box3<double>> boxes;      // drawn around objects: changed where it is seen
     std::optional<NozzleGesture> nozzle;         // laying clay
     std::optional<TransformGesture> gesture;     // under way
-    std::vector<Mesh> preview;                   // its objects when it began
+    std::vector<Preview> preview;                // its objects when it began
     PartedMeshes around_gesture;                 // other surfaces then
     bool buttons_ignored = false;                // those that ended a gesture, while they are down
     ClayColours colours;                         // of the clay that is drawn,

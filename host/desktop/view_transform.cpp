@@ -39,11 +39,20 @@ void ViewApp::begin_transform(TransformKind kind)
         if (const ObjectPlace* const one = places->find(id))
             some.insert(some.end(), one->some.begin(), one->some.end());
     gesture->set_clay(std::move(some), common.spacing);
-    around_gesture = parted(*meshes_of(*state), *state->document, *places, chosen);
-    preview = std::exchange(around_gesture.some, {});
-    for (const ObjectId id : chosen)
-        if (const auto box = boxes.find(id); box != boxes.end() && preview.empty())
-            preview.push_back(box_corners(box->second, 0.003 * camera.distance()));
+    const Meshes meshes = meshes_of(*state);
+    around_gesture = parted(*meshes, *state->document, *places, chosen);
+    for (const ObjectId id : chosen) {
+        const ObjectPlace* const one = places->find(id);
+        if (!one) continue;
+        std::vector<Mesh> own;
+        if (chosen.size() == 1)
+            own = std::exchange(around_gesture.some, {});
+        else
+            own = parted(around_gesture.some, *state->document, *places, {id}).some;
+        // The object of splats has no surface; the box is seen around a preview inside the clay.
+        own.push_back(box_corners({one->box.low, one->box.high}, 0.003 * camera.distance()));
+        for (Mesh& mesh : own) preview.push_back({std::move(mesh), one->centre});
+    }
     below.reset(), hovered = {};
     pressing = false;
 }
@@ -138,9 +147,11 @@ std::vector<HandLook> ViewApp::transform_looks() const
     constexpr Vec3<float> axis_colours[] = {
         {0.8f, 0.03f, 0.05f}, {0.1f, 0.5f, 0.03f}, {0.03f, 0.15f, 0.8f}};
     std::vector<HandLook> looks;
-    for (Mesh mesh : preview) {
+    for (const Preview& one : preview) {
+        Mesh mesh = one.mesh;
         const Quat<float> turn = cast<float>(gesture->turn());
-        for (Vec3<float>& x : mesh.vertices) x = cast<float>(gesture->at(cast<double>(x)));
+        for (Vec3<float>& x : mesh.vertices)
+            x = cast<float>(gesture->at(cast<double>(x), one.centre));
         for (Vec3<float>& n : mesh.normals) n = rotate(turn, n);
         looks.push_back(mark_look(std::move(mesh), chosen_colour, 0.5f));
     }
@@ -148,7 +159,7 @@ std::vector<HandLook> ViewApp::transform_looks() const
     for (const Vec3<double>& axis : gesture->axes()) {
         Mesh line;
         const Vec3<double> from =
-            gesture->plane() ? gesture->at(gesture->centre()) : gesture->centre();
+            gesture->plane() ? gesture->centre() + gesture->by() : gesture->centre();
         add_line(line, from - reach * axis, from + reach * axis, thick);
         looks.push_back(mark_look(std::move(line), axis.x > 0   ? axis_colours[0]
                                                    : axis.y > 0 ? axis_colours[1]

@@ -9,8 +9,10 @@
 
 namespace knead {
 
-enum class PanelPart { session, clay, hands, scene, view };
-constexpr std::array<const char*, 5> part_titles{"Session", "Clay", "Hands", "Scene", "View"};
+// The window shows them in the order in which the panel's model has them.
+enum class PanelPart { session, clay, hands, scene, view, arrange };
+constexpr std::array<const char*, 6> part_titles{"Session", "Clay", "Hands",
+                                                 "Scene",   "View", "Arrange"};
 
 enum class Control {
     undo,

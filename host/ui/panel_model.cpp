@@ -201,6 +201,7 @@ void add_arranging(Builder& to, const LiveState& state, const UiState& ui)
         const std::string not_available = why_not(command, state);
         return not_available.empty() ? locked_of(ui) : not_available;
     };
+    to.toggle(Control::several, ui.several);
     to.button(Control::move, why(MoveObjects{}));
     to.button(Control::turn, why(MoveObjects{}));
     to.button(Control::scale, why(ScaleObjects{}));
@@ -223,19 +224,18 @@ void add_clay(Builder& to, PanelModel& model, const LiveState& state, const UiSt
     }
     add_adding(to, state, ui);
     to.button(Control::choose_all, ui.document->objects.empty() ? "there is no object" : "");
-    to.toggle(Control::several, ui.several);
     const SceneObject* const object = chosen_object(ui);
     if (!object) return;
     if (ControlState* const one = to.add(Control::rename, object->name)) one->label = "Name";
     to.toggle(Control::lock, object->locked);
     to.toggle(Control::hide, object->hidden);
     to.button(Control::remove, locked_of(ui));
-    add_arranging(to, state, ui);
-    to.choice(Control::colour, colour_of(*object), colour_names());
     add_material(to, *object);
     for (PanelSection& section : model.sections)
         for (ControlState& one : section.controls)
             if (one.id.control == Control::preset) one.note = feel_of(object->material);
+    add_arranging(to, state, ui);
+    to.choice(Control::colour, colour_of(*object), colour_names());
 }
 
 void add_hands(Builder& to, const UiState& ui)

@@ -192,9 +192,10 @@ double TransformGesture::factor() const
     return std::clamp(snaps_ ? rounded(to, factor_step) : to, least_factor, largest_factor);
 }
 
-Vec3<double> TransformGesture::at(Vec3<double> x) const
+Vec3<double> TransformGesture::at(Vec3<double> x, Vec3<double> own) const
 {
-    return centre_ + by() + factor() * rotate(turn(), x - centre_);
+    if (kind_ == TransformKind::scale) return own + factor() * (x - own);
+    return centre_ + by() + rotate(turn(), x - centre_);
 }
 
 std::string TransformGesture::text() const

@@ -63,8 +63,9 @@ class TransformGesture {
     Vec3<double> by() const;    // [m]
     Quat<double> turn() const;  // about centre()
     double factor() const;
-    double angle() const;                   // [rad]
-    Vec3<double> at(Vec3<double> x) const;  // where a point of the objects is now
+    double angle() const;  // [rad]
+    // Where a point of an object is now; `own`: the object's centre of mass, about which it scales.
+    Vec3<double> at(Vec3<double> x, Vec3<double> own) const;
     // The axis or the axes of the plane, unit vectors; none for a free motion.
     std::vector<Vec3<double>> axes() const;
     // "Move along x: 5.00 cm", with the keys that can follow.

@@ -67,6 +67,8 @@ cat >parts.jsonl <<LOG
 {"frame":15,"redo":{}}
 {"frame":16,"split_object":{"object":"c","pieces":true}}
 {"frame":18,"scale_objects":{"objects":["c","r"],"factor":0.6}}
+{"frame":18,"set_colour":{"objects":["c"],"colour":[0.2,0.4,0.8]}}
+{"frame":19,"move_objects":{"objects":["c","r"],"by":[0,0.01,0],"turn":[0.96,0,0.28,0]}}
 {"frame":20,"save":{"file":"parts.knead"}}
 LOG
 answers 0 run --device cpu --frames 20 -q --mesh none parts.json --commands parts.jsonl --out parts

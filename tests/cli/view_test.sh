@@ -258,4 +258,29 @@ for scene in "" new scenes/pot.spz; do
         *) [ $has = nothing ] ;;
     esac || fail "the table of \"$scene\" has $has"
 done
+# G, R and S: one command at the end of a move; none of those that are cancelled or cannot be.
+cat >"$out/lift" <<END
+0 move 200 120
+0 key tab tap
+0.05 key g tap
+0.06 key y tap
+0.07 text 5
+0.1 key enter tap
+0.15 key s tap
+0.16 text 3
+0.18 key escape tap
+0.2 key r tap
+0.21 key x tap
+0.22 text 90
+0.24 button right tap
+0.25 key s tap
+0.26 text 1000
+0.28 key enter tap
+END
+"$knead" view scenes/squeeze.json "${small[@]}" --script "$out/lift" --frames 40 --overwrite \
+    --out "$out/lifted" >"$out/said.txt" 2>"$out/errors.txt"
+[ $? -eq 0 ] || fail "moving an object"
+[ "$(grep -c '"frame"' "$out/lifted"/*.commands)" -eq 1 ] &&
+    grep -q '"move_objects":{"by":\[0.0,0.05,0.0\],"objects":\[1\]}' "$out/lifted"/*.commands ||
+    fail "the commands of a move: $(cat "$out/lifted"/*.commands)"
 cat "$out/said.txt"

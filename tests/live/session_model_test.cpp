@@ -414,6 +414,7 @@ class RandomSession {
             case 6:
                 return SetFlags{object, r.one_in(6), r.one_in(2)};
             case 7:
+                if (r.one_in(2)) return SetColour{{object}, Vec3<double>{r.in(0, 1), 0.5, 0}};
                 return Rename{object, r.one_in(2) ? "a" : "b"};
             case 8:
             case 9: {

@@ -169,6 +169,65 @@ TEST_F(EyePicture, WhatIsSelectedGlowsAndNothingElse)
     EXPECT_GT(on_right, 200);
 }
 
+// By category, or vertex by vertex; uploaded again with their version.
+TEST_F(EyePicture, ClayHasTheColoursOfItsObjects)
+{
+    const std::vector<Mesh> two{ball({0.3f, 0.25f, 0.5f}, 0.12f, 0),
+                                ball({0.7f, 0.25f, 0.5f}, 0.12f, 1)};
+    const Vec3<float> blue{0.02f, 0.05f, 0.6f};
+    painter->set_clay(two, 1);
+    const std::vector<int> none = painted();
+    const auto bluer = [&](const std::vector<int>& now) {
+        int left = 0, right = 0;
+        for (int y = 0; y < picture_height; ++y)
+            for (int x = 0; x < picture_width; ++x) {
+                const std::size_t at = std::size_t(x + picture_width * y) * 4 + 2;
+                if (now[at] > none[at] + 40) ++(x < picture_width / 2 ? left : right);
+            }
+        return std::pair{left, right};
+    };
+    ClayColours colours;
+    colours.of_category[1] = blue, colours.version = 5;
+    painter->set_clay(two, 1, {}, {}, colours);
+    const auto [left, right] = bluer(painted());
+    EXPECT_EQ(left, 0);
+    EXPECT_GT(right, 200);
+    colours.of_category.clear();
+    painter->set_clay(two, 1, {}, {}, colours);
+    EXPECT_EQ(bluer(painted()), std::pair(left, right)) << "the same version is not looked at";
+    colours.of_vertices = {std::vector<Vec3<float>>(two[0].vertices.size(), blue), {}};
+    colours.version = 6;
+    painter->set_clay(two, 1, {}, {}, colours);
+    EXPECT_GT(bluer(painted()).first, 200);
+    EXPECT_EQ(bluer(painted()).second, 0);
+    painter->set_clay(two, 1);
+    EXPECT_EQ(painted(), none);
+    colours.of_vertices[0].pop_back(), colours.version = 7;
+    EXPECT_THROW(painter->set_clay(two, 1, {}, {}, colours), std::invalid_argument);
+}
+
+TEST_F(EyePicture, AMarkHasItsColourAndNoShadow)
+{
+    painter->set_clay({}, 1);
+    const std::vector<int> none = painted();
+    HandLook look;
+    look.skins = {ball({0.5f, 0.5f, 0.5f}, 0.05f)};
+    look.skin = false, look.glow = {1, 0.4f, 0.02f};
+    const auto changed = [&] {
+        painter->set_hands(std::vector<HandLook>{look});
+        const std::vector<int> now = painted();
+        int count = 0;
+        for (int i = 0; i < picture_width * picture_height; ++i)
+            count += red_green_blue(now, i) != red_green_blue(none, i);
+        return count;
+    };
+    const int with_shadow = changed();
+    look.mark = true;
+    const int marked = changed();
+    EXPECT_GT(marked, 30);
+    EXPECT_GT(with_shadow, marked + 20);
+}
+
 TEST_F(EyePicture, HandsFadeByTheirOpacityAndGlow)
 {
     DrawPrimitive finger{2, {}};

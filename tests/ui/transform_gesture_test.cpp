@@ -35,7 +35,7 @@ TEST(TransformGesture, AMoveFollowsThePointerInThePlaneOfTheView)
     EXPECT_FALSE(g.command({})) << "nothing has moved";
     g.point(through(0.3, 0.2), false);
     near(g.by(), {0.2, 0.2, 0});
-    near(g.at({1, 1, 1}), {1.2, 1.2, 1});
+    near(g.at({1, 1, 1}, {}), {1.2, 1.2, 1});
     EXPECT_TRUE(g.axes().empty());
     EXPECT_NE(g.text().find("x 20.00 y 20.00 z 0.00 cm"), std::string::npos) << g.text();
     g.choose_axis(0, false);
@@ -142,7 +142,7 @@ TEST(TransformGesture, ATurnGoesWithThePointerAroundTheCentre)
     g.choose_axis(1, true);
     EXPECT_EQ(g.axes().size(), 1u) << "a turn has no plane";
     type(g, "90");
-    near(g.at({1, 0, 0}), {0, 0, -1});
+    near(g.at({1, 0, 0}, {}), {0, 0, -1});
     EXPECT_NE(g.text().find("Turn about y: 90 degrees"), std::string::npos) << g.text();
     const auto command = std::get<MoveObjects>(*g.command({1, 2, 3}));
     near(*command.about, {1, 2, 3});
@@ -166,7 +166,8 @@ TEST(TransformGesture, AFactorIsTheRatioOfDistancesFromTheCentre)
     EXPECT_EQ(g.axis(), -1) << "scaling is even";
     g.point(through(0, 0.5), false);
     EXPECT_NEAR(g.factor(), 2.5, 1e-12);
-    near(g.at({0.1, 0, 0}), {0.25, 0, 0});
+    near(g.at({0.1, 0, 0}, {}), {0.25, 0, 0});
+    near(g.at({0.1, 0, 0}, {0.1, 0, 0}), {0.1, 0, 0});
     EXPECT_NEAR(std::get<ScaleObjects>(*g.command({})).factor, 2.5, 1e-12);
     // By the pointer no factor that the command refuses; a typed one is what it says.
     g.point(through(0, 1e-9), false);
@@ -190,11 +191,11 @@ TEST(TransformGesture, OnASurfaceTheLowestPointTouches)
     TransformGesture g(TransformKind::move, {ObjectId{1}}, {0, 0.5, 0}, through(0, 0.5));
     g.set_clay({{0, 0.4f, 0}, {0, 0.6f, 0}, {0.1f, 0.5f, 0}, {-0.1f, 0.5f, 0}}, 0.01);
     g.point(through(0, 0), false, TransformSurface{{0.3, 0, 0.2}, {0, 1, 0}});
-    near(g.at({0, 0.4, 0}), {0.3, 0.01, 0.2}, 1e-7);
+    near(g.at({0, 0.4, 0}, {}), {0.3, 0.01, 0.2}, 1e-7);
     EXPECT_NE(g.text().find("on the surface"), std::string::npos) << g.text();
     const double h = std::sqrt(0.5);
     g.point(through(0, 0), false, TransformSurface{{0.3, 0, 0.2}, {h, h, 0}});
-    near(g.at({0, 0.5, 0}), V{0.3, 0, 0.2} + (0.1 * h + 0.01) * V{h, h, 0}, 1e-7);
+    near(g.at({0, 0.5, 0}, {}), V{0.3, 0, 0.2} + (0.1 * h + 0.01) * V{h, h, 0}, 1e-7);
     g.choose_axis(1, false);
     EXPECT_EQ(g.by().x, 0);
     g.point(through(0, 0.6), false);
