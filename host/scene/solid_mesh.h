@@ -18,11 +18,12 @@ struct MadeSolid;
 // box.
 //
 // Inside is what the surface goes around: where its generalised winding number is not 0 [Barill
-// 2018], which needs neither a single piece nor an orientation of all pieces alike, and lets them
-// overlap. Holes are closed by fans around their middle, so that the number is whole everywhere.
+// 2018], which needs no single piece, lets pieces of one orientation overlap, and those apart have
+// any. Holes are closed by fans around their middle, so that the number is whole everywhere.
 class SolidMesh {
   public:
-    static constexpr double most_open = 0.05;  // part of the area: larger holes are refused
+    // Part of the area: refused if the holes that are not in another piece have more.
+    static constexpr double most_open = 0.05;
     static constexpr std::size_t most_triangles = 10'000'000;
 
     // `own`: rotation from the file's frame to the object's. Coincident vertices become one;
@@ -67,6 +68,7 @@ class SolidMesh {
     };
 
     int add_node(const std::vector<Triangle>& all, std::vector<int>& order, int begin, int end);
+    void add_triangles(const std::vector<Int3>& triangles, std::size_t count);
     double winding(Vec3<double> at) const;
     double volume_of_pieces() const;
 
