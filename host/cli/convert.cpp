@@ -2,13 +2,16 @@
 // clay of sessions.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 
+#include "cuda/math/box.h"
 #include "host/base/errors.h"
 #include "host/base/outputs.h"
 #include "host/base/paths.h"
 #include "host/base/print.h"
 #include "host/cli/verbs.h"
+#include "host/document/export_plan.h"
 #include "host/files/file_kind.h"
 #include "host/files/mesh_file.h"
 #include "host/files/mesh_reader.h"
@@ -70,6 +73,41 @@ void convert_session(const ConvertOptions& o)
     write_mesh(o.out, meshes);
 }
 
+// Scales in double, and keeps colours. Says what the format has no room for.
+void convert_mesh(const ConvertOptions& o)
+{
+    check_ending(o.out, {".glb", ".obj", ".ply", ".stl", ".3mf"}, "a mesh");
+    MeshFile file = read_mesh_file(o.in);
+    LengthUnit unit = ending(o.out) == ".3mf" ? LengthUnit::millimetre : LengthUnit::metre;
+    for (const auto& [name, one] : length_units)
+        if (name == o.unit) unit = one;
+    const double scale = o.scale * per_metre(unit);
+    MeshLabels labels{{}, plural(unit)};
+    bool coloured = false;
+    for (FileMesh& mesh : file.meshes) {
+        for (Vec3<double>& v : mesh.vertices) v = scale * v;
+        if (ending(o.out) == ".3mf")
+            labels.names.push_back(mesh.name.empty() ? fmt::format("category {}", mesh.category)
+                                                     : mesh.name);
+        coloured = coloured || !mesh.colours.empty();
+    }
+    const Box3<double> box = box_of(file.meshes);
+    const Vec3<double> far = greater(box.high, -1.0 * box.low);
+    const double steps = std::max({far.x, far.y, far.z}) * 0x1p-24 / longest_edge(box);
+    if (coloured && ending(o.out) == ".stl")
+        file.notes.push_back("colours left out: .stl has none");
+    if (steps > 1e-4)
+        file.notes.push_back(
+            fmt::format("written in single precision, far from the origin: places are rounded to "
+                        "{:.2g} of its extent",
+                        steps));
+    const std::vector<Mesh> meshes = float_meshes(file, o.in);
+    prepare_file(o.out, o.overwrite);
+    write_mesh(o.out, meshes, labels);
+    for (const std::string& note : file.notes)
+        if (!o.quiet) fmt::print(stderr, "{}: {}\n", o.in, note);
+}
+
 }  // namespace
 
 int convert_verb(const ConvertOptions& given)
@@ -83,19 +121,15 @@ int convert_verb(const ConvertOptions& given)
     const FileKind kind = file_kind(o.in);
     if (o.spz_version != 3 && (kind != FileKind::splats || ending(o.out) != ".spz"))
         throw UsageError("--spz-version: only for splats that are written as .spz");
+    if (kind != FileKind::mesh && (o.scale != 1 || !o.unit.empty()))
+        throw UsageError("--scale and --unit: only for meshes");
     if (kind == FileKind::recording) {
         check_ending(o.out, {".hands", ".jsonl"}, "a recording");
         const Recording recording = read_recording(o.in);
         prepare_file(o.out, o.overwrite);
         write_recording(o.out, recording);
     } else if (kind == FileKind::mesh) {
-        check_ending(o.out, {".glb", ".obj", ".ply", ".stl"}, "a mesh");
-        const MeshFile file = read_mesh_file(o.in);
-        const std::vector<Mesh> meshes = float_meshes(file, o.in);
-        prepare_file(o.out, o.overwrite);
-        write_mesh(o.out, meshes);
-        for (const std::string& note : file.notes)
-            if (!o.quiet) fmt::print(stderr, "{}: {}\n", o.in, note);
+        convert_mesh(o);
     } else if (kind == FileKind::particles) {
         check_ending(o.out, {".ply", ".csv"}, "particles");
         const std::vector<Particle<double>> particles = read_particles(o.in);

@@ -68,10 +68,10 @@ void add_compare(CLI::App& app, Verb& chosen)
 void add_convert(CLI::App& app, Verb& chosen)
 {
     static ConvertOptions o;
-    CLI::App* convert = app.add_subcommand(
-        "convert",
-        "Meshes (.glb .obj .ply .stl), recordings (.hands .jsonl), particles (.ply .csv), splats "
-        "(.ply .compressed.ply .splat .ksplat .spz .sog .glb)");
+    CLI::App* convert = app.add_subcommand("convert",
+                                           "Meshes (.glb .obj .ply .stl .3mf), recordings (.hands "
+                                           ".jsonl), particles (.ply .csv), splats "
+                                           "(.ply .compressed.ply .splat .ksplat .spz .sog .glb)");
     convert->add_option("IN", o.in, "The file to read; -: the standard input")->required();
     convert
         ->add_option("OUT", o.out,
@@ -81,6 +81,14 @@ void add_convert(CLI::App& app, Verb& chosen)
     convert->add_option("--to", o.to, "Format of the standard output, e.g. stl");
     convert->add_option("--spz-version", o.spz_version, "Version of .spz: 2, 3 or 4")
         ->check(between(2, 4));
+    convert->add_option("--scale", o.scale, "Multiplies a mesh, about the origin")
+        ->check(between(1e-9, 1e9));
+    convert
+        ->add_option(
+            "--unit", o.unit,
+            "Of the numbers of a mesh that is written, if those that are read are metres: m, "
+            "cm, mm, in; .3mf: mm, others: m")
+        ->check(CLI::IsMember({"m", "cm", "mm", "in"}));
     convert->add_flag("--overwrite", o.overwrite, "Replace a file that is there");
     convert->add_flag("-q,--quiet", o.quiet, "Say nothing");
     convert->callback([&chosen] {

@@ -91,6 +91,8 @@ struct ConvertOptions {
     bool overwrite = false, quiet = false;
     std::string from = "", to = "";  // formats of standard input and output, e.g. "obj"
     int spz_version = 3;             // of splats written as .spz, 2 to 4
+    double scale = 1;                // of meshes
+    std::string unit = "";           // of a mesh that is written: m, cm, mm, in; "": m, 3MF mm
 };
 int convert_verb(const ConvertOptions& options);
 

@@ -156,7 +156,7 @@ enum class LengthUnit { metre, centimetre, millimetre, inch };
 struct Export {
     std::string file;                   // its ending is the format
     std::optional<ExportContent> what;  // absent: the surface if there is one, else the splats
-    std::optional<LengthUnit> unit;     // of numbers in the file; absent: mm for .stl, else m
+    std::optional<LengthUnit> unit;  // of numbers in the file; absent: mm for .stl and .3mf, else m
     std::optional<std::vector<ObjectRef>> objects;  // absent: all that are not hidden
 };
 struct Undo {};

@@ -454,16 +454,18 @@ struct Row<Export> {
         UndoRule::none,
         needs_contents};
     static constexpr std::tuple fields{
-        command_field("file", &Export::file,
-                      "to be written; one that is there is replaced. A surface: .glb, .obj, .ply, "
-                      ".stl, with one mesh per category named after its objects; splats: .glb, "
-                      ".ply, .sog, .splat, .spz"),
+        command_field(
+            "file", &Export::file,
+            "to be written; one that is there is replaced. A surface: .glb, .obj, .ply, "
+            ".stl, .3mf, with one mesh per category named after its objects; splats: .glb, "
+            ".ply, .sog, .splat, .spz"),
         command_field(
             "what", &Export::what,
             "absent: the surface; the splats if the format, or all objects, are of splats"),
-        command_field("unit", &Export::unit,
-                      "of lengths in the file; absent: mm for .stl, which has no unit and is read "
-                      "as millimetres by slicers; m for the others, as glTF specifies"),
+        command_field(
+            "unit", &Export::unit,
+            "of lengths in the file; absent: mm for .3mf, and for .stl, which has no unit "
+            "and is read as millimetres by slicers; m for the others, as glTF specifies"),
         command_field("objects", &Export::objects,
                       "those whose categories, or splats, are written; absent: all but hidden "
                       "ones")};

@@ -65,7 +65,7 @@ std::variant<ExportPlan, Refusal> export_plan(const Document& document, const Ex
         return Refusal{"all objects are hidden; expected the objects to export", "objects"};
 
     const std::string form = ending(command.file);
-    const bool of_surface = among(form, {".glb", ".obj", ".ply", ".stl"}),
+    const bool of_surface = among(form, {".3mf", ".glb", ".obj", ".ply", ".stl"}),
                of_splats = among(form, {".glb", ".ply", ".sog", ".splat", ".spz"});
     const bool only_splats = std::ranges::all_of(chosen, [](auto* o) { return has_splats(*o); });
     ExportPlan plan{};
@@ -78,15 +78,16 @@ std::variant<ExportPlan, Refusal> export_plan(const Document& document, const Ex
     const bool splats = plan.what == ExportContent::splats;
     if (!of_surface && !of_splats)
         return Refusal{
-            "expected a name that ends in .glb, .obj, .ply or .stl for the surface, in "
+            "expected a name that ends in .3mf, .glb, .obj, .ply or .stl for the surface, in "
             ".glb, .ply, .sog, .splat or .spz for splats",
             "file"};
     if (splats ? !of_splats : !of_surface)
         return Refusal{fmt::format("expected a name that ends in {}",
                                    splats ? ".glb, .ply, .sog, .splat or .spz for splats"
-                                          : ".glb, .obj, .ply or .stl for the surface"),
+                                          : ".3mf, .glb, .obj, .ply or .stl for the surface"),
                        "file"};
-    const LengthUnit usual = form == ".stl" ? LengthUnit::millimetre : LengthUnit::metre;
+    const LengthUnit usual =
+        form == ".stl" || form == ".3mf" ? LengthUnit::millimetre : LengthUnit::metre;
     plan.unit = command.unit.value_or(usual);
     for (const SceneObject* o : chosen)
         if (!splats || has_splats(*o)) plan.objects.push_back(o->id);

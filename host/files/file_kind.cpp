@@ -69,7 +69,7 @@ FileKind file_kind(const std::string& path)
     refuse_unread_splats(path, start);
     if (form == ".glb" && holds_splat_glb(path, start)) return FileKind::splats;
     if (form == ".hands" || form == ".jsonl") return FileKind::recording;
-    if (form == ".obj" || form == ".glb" || form == ".stl") return FileKind::mesh;
+    if (form == ".obj" || form == ".glb" || form == ".stl" || form == ".3mf") return FileKind::mesh;
     if (form == ".csv") return FileKind::particles;
     if (form == ".json") {
         const Json root = read_json(path);
@@ -82,7 +82,7 @@ FileKind file_kind(const std::string& path)
     }
     throw InputError(path +
                      ": expected a file ending in .json, .hands, .jsonl, .ply, .obj, .glb, "
-                     ".stl, .csv, .splat, .spz, .ksplat, .sog or .knead");
+                     ".stl, .3mf, .csv, .splat, .spz, .ksplat, .sog or .knead");
 }
 
 }  // namespace knead

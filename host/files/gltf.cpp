@@ -7,11 +7,15 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "cuda/math/rotation.h"
 #include "host/base/json_reader.h"
 #include "host/files/gltf_guard.h"
+#include "host/files/image.h"
+#include "host/files/mesh_reader.h"
 
 #define TINYGLTF_IMPLEMENTATION
 #define TINYGLTF_NO_STB_IMAGE
@@ -156,6 +160,8 @@ const Form rotations{
     TINYGLTF_TYPE_VEC4,
     {TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_COMPONENT_TYPE_BYTE, TINYGLTF_COMPONENT_TYPE_SHORT},
     "VEC4 of floats, bytes or shorts"};
+const Form texture_places{TINYGLTF_TYPE_VEC2, colour_components,
+                          "VEC2 of floats, unsigned bytes or shorts"};
 const Form sparse_indices{
     TINYGLTF_TYPE_SCALAR,
     {TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
@@ -214,7 +220,11 @@ class Reader {
             }
         if (thin)
             all.notes.push_back(fmt::format("{} primitives of points or lines left out", thin));
-        if (textured) all.notes.push_back("textures left out");
+        if (textures_left_out)
+            all.notes.push_back(fmt::format("{} textures left out: only PNG in the file is read",
+                                            textures_left_out));
+        if (sampled_at_vertices)
+            all.notes.push_back("colours of textures are those at the vertices");
         for (std::size_t s = 0; s < model.skins.size(); ++s)
             all.skins.push_back(skin(model.skins[s], fmt::format("/skins/{}", s)));
         return all;
@@ -383,50 +393,136 @@ class Reader {
             for (Int3& t : part.triangles) std::swap(t.y, t.z);
     }
 
-    // Vertex colours times the material's, both linear.
+    // A section's element; nullptr: there is none.
+    const Json* element(const char* section, int index) const
+    {
+        const auto all = document.find(section);
+        if (index < 0 || all == document.end() || !all->is_array() ||
+            std::size_t(index) >= all->size() || !(*all)[std::size_t(index)].is_object())
+            return nullptr;
+        return &(*all)[std::size_t(index)];
+    }
+    static const Json* object_in(const Json* of, const char* key)
+    {
+        if (!of) return nullptr;
+        const auto at = of->find(key);
+        return at != of->end() && at->is_object() ? &*at : nullptr;
+    }
+
+    // The picture of a texture; nullptr: not a PNG in the file's buffer. Each is read once.
+    const Image* picture(const Json* texture)
+    {
+        const int number = texture ? index_in(*texture, "source") : -1;
+        const Json* image = element("images", number);
+        if (!image) return nullptr;
+        if (const auto known = pictures.find(number); known != pictures.end())
+            return known->second ? &*known->second : nullptr;
+        std::optional<Image>& made = pictures[number];
+        const int view_index = index_in(*image, "bufferView");
+        if (view_index < 0) return nullptr;
+        const std::string where = fmt::format("/images/{}", number);
+        const tinygltf::BufferView& view = view_of(view_index, where);
+        const std::string bytes(
+            reinterpret_cast<const char*>(model.buffers[0].data.data()) + view.byteOffset,
+            view.byteLength);
+        if (!bytes.starts_with("\x89PNG")) return nullptr;
+        made = decoded_png(bytes, path + ": " + where);
+        pixels += std::size_t(made->width) * std::size_t(made->height);
+        if (pixels > max_picture_pixels)
+            refuse_gltf(path, where,
+                        fmt::format("at most {} pixels of all pictures", max_picture_pixels),
+                        std::to_string(pixels));
+        return made ? &*made : nullptr;
+    }
+
+    // Where a coordinate of a texture lies in it, 0 to 1.
+    static double wrapped(double at, int mode)
+    {
+        constexpr int clamps = 33071, mirrors = 33648;
+        if (mode == clamps) return std::clamp(at, 0.0, 1.0);
+        if (mode == mirrors) {
+            const double two = at - 2 * std::floor(at / 2);
+            return two > 1 ? 2 - two : two;
+        }
+        return at - std::floor(at);
+    }
+
+    // The nearest pixel, linear; v points downwards.
+    static Vec3<double> sampled(const Image& image, double u, double v)
+    {
+        const auto nearest = [](double at, int size) {
+            return std::clamp(int(at * size), 0, size - 1);
+        };
+        const std::size_t at =
+            3 * (std::size_t(nearest(v, image.height)) * std::size_t(image.width) +
+                 std::size_t(nearest(u, image.width)));
+        const Vec3<float> c = linear_colour(
+            {image.rgb[at] / 255.0, image.rgb[at + 1] / 255.0, image.rgb[at + 2] / 255.0});
+        return cast<double>(c);
+    }
+
+    // Colours of the vertices, of the material and of its texture at the vertices, multiplied:
+    // linear.
     void paint(GltfPart& part, const tinygltf::Primitive& primitive, const std::string& where,
                std::size_t mesh, std::size_t number)
     {
         const Json& of = document["meshes"][mesh]["primitives"][number];
-        Vec3<double> factor{1, 1, 1};
-        bool has_factor = false;
-        const auto materials = document.find("materials");
-        const int material = index_in(of, "material");
-        if (material >= 0 && materials != document.end() && materials->is_array() &&
-            std::size_t(material) < materials->size()) {
-            const Json& look = (*materials)[std::size_t(material)];
-            const auto pbr = look.is_object() ? look.find("pbrMetallicRoughness") : look.end();
-            if (look.is_object() && pbr != look.end() && pbr->is_object()) {
-                textured = textured || pbr->contains("baseColorTexture");
-                const auto given = pbr->find("baseColorFactor");
-                if (given != pbr->end() && given->is_array() && given->size() == 4 &&
-                    std::ranges::all_of(*given, [](const Json& n) { return n.is_number(); })) {
-                    factor = {(*given)[0].get<double>(), (*given)[1].get<double>(),
-                              (*given)[2].get<double>()};
-                    has_factor = true;
-                }
-            }
-        }
-        const int vertex = attribute(primitive, "COLOR_0");
-        const auto add = [&](double r, double g, double b) {
-            const auto channel = [](double s) { return float(std::clamp(s, 0.0, 1.0)); };
-            part.colours.push_back(
-                {channel(factor.x * r), channel(factor.y * g), channel(factor.z * b)});
+        const Json* pbr =
+            object_in(element("materials", index_in(of, "material")), "pbrMetallicRoughness");
+        std::vector<Vec3<double>> all;
+        const auto multiply = [&](std::size_t i, Vec3<double> c) {
+            if (all.empty()) all.assign(part.vertices.size(), {1, 1, 1});
+            if (i < all.size()) all[i] = {all[i].x * c.x, all[i].y * c.y, all[i].z * c.z};
         };
-        if (vertex >= 0) {
-            const std::string what = where + "/attributes/COLOR_0";
-            const bool four = std::size_t(vertex) < model.accessors.size() &&
-                              model.accessors[std::size_t(vertex)].type == TINYGLTF_TYPE_VEC4;
-            const auto take = [&](const auto& v) { add(v[0], v[1], v[2]); };
-            const std::size_t count = four ? each<4>(vertex, colours_with_alpha, what, take)
-                                           : each<3>(vertex, colours, what, take);
+        const auto check_count = [&](const std::string& what, std::size_t count) {
             if (count != part.vertices.size())
                 refuse_gltf(path, what,
                             fmt::format("one for each of {} vertices", part.vertices.size()),
                             std::to_string(count));
-        } else if (has_factor) {
-            for (std::size_t i = 0; i < part.vertices.size(); ++i) add(1, 1, 1);
+        };
+        if (const int vertex = attribute(primitive, "COLOR_0"); vertex >= 0) {
+            const std::string what = where + "/attributes/COLOR_0";
+            const bool four = std::size_t(vertex) < model.accessors.size() &&
+                              model.accessors[std::size_t(vertex)].type == TINYGLTF_TYPE_VEC4;
+            std::size_t i = 0;
+            const auto take = [&](const auto& v) { multiply(i++, {v[0], v[1], v[2]}); };
+            check_count(what, four ? each<4>(vertex, colours_with_alpha, what, take)
+                                   : each<3>(vertex, colours, what, take));
         }
+        if (pbr && pbr->contains("baseColorFactor")) {
+            const Json& factor = (*pbr)["baseColorFactor"];
+            const bool good =
+                factor.is_array() && factor.size() == 4 &&
+                std::ranges::all_of(factor, [](const Json& n) { return n.is_number(); });
+            for (std::size_t i = 0; good && i < part.vertices.size(); ++i)
+                multiply(
+                    i, {factor[0].get<double>(), factor[1].get<double>(), factor[2].get<double>()});
+        }
+        if (const Json* texture = object_in(pbr, "baseColorTexture")) {
+            const Json* named = element("textures", index_in(*texture, "index"));
+            const std::string set =
+                fmt::format("TEXCOORD_{}", std::max(index_in(*texture, "texCoord"), 0));
+            const Image* image = picture(named);
+            if (!image || attribute(primitive, set.c_str()) < 0) {
+                ++textures_left_out;
+            } else {
+                const Json* sampler = element("samplers", index_in(*named, "sampler"));
+                const int wrap_u = sampler ? index_in(*sampler, "wrapS") : -1,
+                          wrap_v = sampler ? index_in(*sampler, "wrapT") : -1;
+                const std::string what = where + "/attributes/" + set;
+                std::size_t i = 0;
+                check_count(what, each<2>(attribute(primitive, set.c_str()), texture_places, what,
+                                          [&](const auto& uv) {
+                                              multiply(i++, sampled(*image, wrapped(uv[0], wrap_u),
+                                                                    wrapped(uv[1], wrap_v)));
+                                          }));
+                sampled_at_vertices = true;
+            }
+        }
+        for (const Vec3<double> c : all)
+            part.colours.push_back({float(std::clamp(c.x, 0.0, 1.0)),
+                                    float(std::clamp(c.y, 0.0, 1.0)),
+                                    float(std::clamp(c.z, 0.0, 1.0))});
     }
 
     // Checks the total size before any number is read. Repeated references to an accessor count
@@ -439,7 +535,8 @@ class Reader {
                 const int corner_list = p.indices >= 0 ? p.indices : attribute(p, "POSITION");
                 wanted += bytes_of(attribute(p, "POSITION")) + bytes_of(corner_list);
                 if (skins == GltfSkins::ignored)
-                    wanted += bytes_of(attribute(p, "COLOR_0"));
+                    wanted += 2 * bytes_of(attribute(p, "COLOR_0")) +
+                              bytes_of(attribute(p, "TEXCOORD_0"));
                 else
                     wanted +=
                         bytes_of(attribute(p, "JOINTS_0")) + bytes_of(attribute(p, "WEIGHTS_0"));
@@ -645,7 +742,9 @@ class Reader {
     bool stored = false;     // not placed by nodes
     std::vector<MeshPlace> places;
     std::size_t placed_parts = 0, nodes_seen = 0, thin = 0;
-    bool textured = false;
+    std::size_t textures_left_out = 0, pixels = 0;
+    bool sampled_at_vertices = false;
+    std::map<int, std::optional<Image>> pictures;
 };
 
 }  // namespace

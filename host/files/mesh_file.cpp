@@ -1,4 +1,4 @@
-// Writes meshes as GLB (glTF 2.0), OBJ, PLY and STL, atomically.
+// Writes meshes as GLB (glTF 2.0), OBJ, PLY, STL and 3MF, atomically.
 #include "host/files/mesh_file.h"
 
 #include <algorithm>
@@ -17,6 +17,7 @@
 #include "host/base/paths.h"
 #include "host/files/glb.h"
 #include "host/files/stl.h"
+#include "host/files/three_mf.h"
 
 namespace knead {
 
@@ -231,8 +232,13 @@ void write_mesh(const std::string& path, const std::vector<Mesh>& meshes, const 
         std::vector<const Mesh*> all;
         for (const NamedMesh& one : shown) all.push_back(one.mesh);
         write_whole(path, stl_bytes(all, path, labels.unit));
+    } else if (form == ".3mf") {
+        std::vector<const Mesh*> all;
+        std::vector<std::string> names;
+        for (const NamedMesh& one : shown) all.push_back(one.mesh), names.push_back(one.name);
+        write_whole(path, three_mf_bytes(all, names, labels.unit, path));
     } else {
-        fail(path, "a mesh is written as .glb, .obj, .ply or .stl");
+        fail(path, "a mesh is written as .glb, .obj, .ply, .stl or .3mf");
     }
 }
 

@@ -12,6 +12,7 @@
 #include "host/base/text_number.h"
 #include "host/files/gltf.h"
 #include "host/files/stl.h"
+#include "host/files/three_mf.h"
 
 namespace knead {
 namespace {
@@ -350,7 +351,8 @@ MeshFile read_mesh_file(const std::string& path)
     if (form == ".obj") return parse_obj(read_text(path, max_file_bytes), path);
     if (form == ".glb") return parse_glb(read_text(path, max_file_bytes), path);
     if (form == ".stl") return alone(parse_stl(read_text(path, max_file_bytes), path));
-    throw InputError(path + ": expected a mesh ending in .ply, .obj, .glb or .stl");
+    if (form == ".3mf") return parse_3mf(read_text(path, max_file_bytes), path);
+    throw InputError(path + ": expected a mesh ending in .ply, .obj, .glb, .stl or .3mf");
 }
 
 std::vector<Mesh> float_meshes(const MeshFile& file, const std::string& path, Vec3<double> origin)
@@ -383,8 +385,12 @@ Box3<double> box_of(const std::vector<FileMesh>& meshes)
 
 double volume(const FileMesh& mesh)
 {
+    // About the origin, or a vertex where that is far: differences of large numbers otherwise.
+    const Box3<double> box = box_of({mesh});
+    const Vec3<double> far = greater(box.high, -1.0 * box.low);
+    Vec3<double> o{};
+    if (std::max({far.x, far.y, far.z}) > 100 * longest_edge(box)) o = mesh.vertices.at(0);
     double six = 0;
-    const Vec3<double> o = mesh.vertices.at(0);
     const auto at = [&](int v) { return mesh.vertices[std::size_t(v)] - o; };
     for (const Int3 t : mesh.triangles) six += dot(at(t.x), cross(at(t.y), at(t.z)));
     return six / 6;

@@ -1,4 +1,4 @@
-// Reads triangle meshes from files: .ply, .obj, .stl, and .glb with an embedded buffer.
+// Reads triangle meshes from files: .ply, .obj, .stl, .3mf, and .glb with an embedded buffer.
 #pragma once
 #include <string>
 #include <vector>
@@ -14,14 +14,14 @@ namespace knead {
 struct FileMesh {
     std::string name;  // "": none
     int category = 0;
-    std::vector<Vec3<double>> vertices;  // in units of the file
+    std::vector<Vec3<double>> vertices;  // in units of the file; of a 3MF, which has one: [m]
     std::vector<Int3> triangles;         // vertex indices
     std::vector<Vec3<float>> colours;    // linear RGB, one per vertex; empty: none
 };
 struct MeshFile {
     std::vector<FileMesh> meshes;    // at least one; each has triangles
     std::vector<std::string> notes;  // what was left out, without the path
-    double unit = 0;                 // of its coordinates [m]; 0: the file does not say
+    double unit = 0;                 // that the file names [m]; 0: none
 };
 
 // Polygons are split into fans, triangle strips into triangles. GLB: one mesh per primitive, with

@@ -5,12 +5,12 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
+#include <utility>
 
 namespace knead {
 namespace {
 
-// One vertex for each place.
+// One vertex for each place that triangles have.
 void weld(const std::vector<Vec3<double>>& vertices, const std::vector<Int3>& triangles,
           ClosedSurface& to)
 {
@@ -18,8 +18,10 @@ void weld(const std::vector<Vec3<double>>& vertices, const std::vector<Int3>& tr
         const Vec3<double>& x = vertices[std::size_t(v)];
         return std::array{x.x, x.y, x.z};
     };
-    std::vector<int> order(vertices.size()), number(vertices.size());
-    std::iota(order.begin(), order.end(), 0);
+    std::vector<int> order, number(vertices.size());
+    for (const Int3 t : triangles)
+        for (const int v : {t.x, t.y, t.z})
+            if (!std::exchange(number[std::size_t(v)], 1)) order.push_back(v);
     std::ranges::sort(order, [&](int a, int b) {
         const auto ka = key(a), kb = key(b);
         return ka != kb ? ka < kb : a < b;
@@ -117,7 +119,7 @@ double area_of(Vec3<double> a, Vec3<double> b, Vec3<double> c)
 }
 
 // Closes a border, of which each vertex leads to the next.
-void close_hole(ClosedSurface& to, const std::vector<int>& border, double& largest)
+void close_hole(ClosedSurface& to, const std::vector<int>& border)
 {
     if (border.size() < 3) return;
     const auto at = [&](std::size_t i) {
@@ -126,20 +128,16 @@ void close_hole(ClosedSurface& to, const std::vector<int>& border, double& large
     Vec3<double> middle{};
     for (std::size_t i = 0; i < border.size(); ++i)
         middle = middle + (1.0 / double(border.size())) * at(i);
-    double area = 0;
     if (border.size() == 3) {
         to.triangles.push_back({border[0], border[1], border[2]});
-        area = area_of(at(0), at(1), at(2));
     } else {
         const int centre = int(to.vertices.size());
         for (std::size_t i = 0; i < border.size(); ++i) {
             to.triangles.push_back({centre, border[i], border[(i + 1) % border.size()]});
-            area += area_of(middle, at(i), at(i + 1));
         }
         to.vertices.push_back(middle);
     }
-    to.open_area += area, ++to.holes;
-    if (area > largest) largest = area, to.open_at = 0.5 * (at(0) + at(1));
+    ++to.holes;
 }
 
 // As many edges lead to a vertex as away from it, since triangles have closed borders: a way along
@@ -167,7 +165,6 @@ void close_holes(ClosedSurface& surface)
     std::vector<char> used(leads.size());
     std::vector<std::size_t> next(leads.size());  // by the first lead of a vertex: those used
     std::vector<int> place(surface.vertices.size(), -1);  // in the path
-    double largest = 0;
     std::vector<int> path, loop;
     for (std::size_t i = 0; i < leads.size(); ++i) {
         if (used[i]) continue;
@@ -193,7 +190,7 @@ void close_holes(ClosedSurface& surface)
             loop.assign(from, path.end());
             for (auto v = from + 1; v != path.end(); ++v) place[std::size_t(*v)] = -1;
             path.erase(from + 1, path.end());
-            close_hole(surface, loop, largest);
+            close_hole(surface, loop);
         }
     }
 }
@@ -210,6 +207,7 @@ ClosedSurface closed_surface(const std::vector<Vec3<double>>& vertices,
         surface.area +=
             area_of(surface.vertices[std::size_t(t.x)], surface.vertices[std::size_t(t.y)],
                     surface.vertices[std::size_t(t.z)]);
+    surface.stated = surface.triangles.size();
     close_holes(surface);
     return surface;
 }

@@ -16,6 +16,7 @@ namespace knead {
 namespace {
 
 constexpr int node_triangles = 6;                  // of a leaf
+constexpr std::size_t few_triangles = 10000;       // whose sides are looked at one by one
 constexpr double dipole_beyond = 2.3;              // radii of a node
 constexpr int lattice_part = 16, least_cells = 2;  // cells of a lattice along an edge of a part
 constexpr double most_nodes = 1 << 27;
@@ -120,44 +121,78 @@ int SolidMesh::add_node(const std::vector<Triangle>& all, std::vector<int>& orde
     return node;
 }
 
+// The first `count` of them, and their nodes.
+void SolidMesh::add_triangles(const std::vector<Int3>& triangles, std::size_t count)
+{
+    std::vector<Triangle> all;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Vec3<double> a = vertices_[std::size_t(triangles[i].x)];
+        all.push_back({a, vertices_[std::size_t(triangles[i].y)] - a,
+                       vertices_[std::size_t(triangles[i].z)] - a});
+    }
+    std::vector<int> order(count);
+    std::iota(order.begin(), order.end(), 0);
+    nodes_.clear(), triangles_.clear();
+    add_node(all, order, 0, int(count));
+    for (const int i : order) triangles_.push_back(all[std::size_t(i)]);
+}
+
 MadeSolid SolidMesh::make(const std::vector<Vec3<double>>& vertices,
                           const std::vector<Int3>& triangles, Quat<double> own)
 {
     if (triangles.size() > most_triangles)
         return {nullptr,
                 fmt::format("{} triangles, more than {}", triangles.size(), most_triangles)};
-    ClosedSurface surface = closed_surface(vertices, triangles);
-    if (surface.triangles.empty() || !(surface.area > 0)) return {nullptr, "none with an area"};
-    if (surface.open_area > most_open * surface.area) {
-        const Vec3<double>& x = surface.open_at;
-        return {nullptr,
-                fmt::format("one with holes of {:.3g} % of its area; an edge of the largest is at "
-                            "({:.6g}, {:.6g}, {:.6g})",
-                            100 * surface.open_area / surface.area, x.x, x.y, x.z)};
-    }
-    auto solid = std::make_shared<SolidMesh>();
+    // Of the corners, upright.
+    std::vector<Vec3<double>> placed(vertices.size());
     Box3<double> box = empty_box<double>();
-    for (Vec3<double>& x : surface.vertices) x = rotate(own, x), grow(box, x);
-    const Vec3<double> size = box.high - box.low, middle = 0.5 * (box.low + box.high);
-    solid->extent_ = std::max({size.x, size.y, size.z});
-    const double scale = 1 / solid->extent_;
-    if (!(solid->extent_ > 0) || !std::isfinite(solid->extent_) || !std::isfinite(scale))
+    for (const Int3 t : triangles)
+        for (const int v : {t.x, t.y, t.z}) {
+            Vec3<double>& x = placed[std::size_t(v)];
+            x = rotate(own, vertices[std::size_t(v)]), grow(box, x);
+        }
+    const Vec3<double> size = box.high - box.low, middle = 0.5 * box.low + 0.5 * box.high;
+    const double extent = std::max({size.x, size.y, size.z}), scale = 1 / extent;
+    if (triangles.empty() || !(extent > 0) || !std::isfinite(extent) || !std::isfinite(scale))
         return {nullptr, "none with an extent"};
-    solid->half_ = 0.5 * scale * size;
-    for (Vec3<double>& x : surface.vertices) x = scale * (x - middle);
-    solid->holes_ = surface.holes;
-    std::vector<Triangle> all;
-    for (const Int3 t : surface.triangles) {
-        const auto at = [&](int v) { return surface.vertices[std::size_t(v)]; };
-        all.push_back({at(t.x), at(t.y) - at(t.x), at(t.z) - at(t.x)});
-        solid->volume_ += dot(at(t.x), cross(at(t.y), at(t.z))) / 6;
-    }
+    for (Vec3<double>& x : placed) x = scale * (x - middle);
+    ClosedSurface surface = closed_surface(placed, triangles);
+    if (!(surface.area > 0)) return {nullptr, "none with an area"};
+    auto solid = std::make_shared<SolidMesh>();
+    solid->extent_ = extent, solid->half_ = 0.5 * scale * size, solid->holes_ = surface.holes;
     solid->vertices_ = std::move(surface.vertices);
-    std::vector<int> order(all.size());
-    std::iota(order.begin(), order.end(), 0);
-    solid->add_node(all, order, 0, int(order.size()));
-    for (const int i : order) solid->triangles_.push_back(all[std::size_t(i)]);
-    solid->volume_ = std::abs(surface.pieces > 1 ? solid->volume_of_pieces() : solid->volume_);
+    const std::vector<Vec3<double>>& v = solid->vertices_;
+    if (surface.holes > 0) {
+        solid->add_triangles(surface.triangles, surface.stated);
+        double open = 0, largest = 0;
+        Vec3<double> edge{};
+        for (std::size_t i = surface.stated; i < surface.triangles.size(); ++i) {
+            const Int3 t = surface.triangles[i];
+            const Vec3<double> a = v[std::size_t(t.x)], b = v[std::size_t(t.y)],
+                               c = v[std::size_t(t.z)];
+            const double area = length(cross(b - a, c - a)) / 2,
+                         around = std::abs(solid->winding((1.0 / 3) * (a + b + c)));
+            // Elsewhere the hole is in another piece, or outside.
+            if (!(around > 0.2 && around < 0.8)) continue;
+            open += area;
+            if (area > largest) largest = area, edge = 0.5 * (b + c);
+        }
+        const Vec3<double> x = rotate(conjugate(own), extent * edge + middle);
+        if (open > most_open * surface.area)
+            return {nullptr, fmt::format("one with holes of {:.3g} % of its area; an edge of the "
+                                         "largest is at ({:.6g}, {:.6g}, {:.6g})",
+                                         100 * open / surface.area, x.x, x.y, x.z)};
+    }
+    solid->add_triangles(surface.triangles, surface.triangles.size());
+    double six = 0;
+    for (const Int3 t : surface.triangles)
+        six += dot(v[std::size_t(t.x)], cross(v[std::size_t(t.y)], v[std::size_t(t.z)]));
+    if (surface.pieces == 1)
+        solid->volume_ = std::abs(six / 6);
+    else if (surface.triangles.size() < few_triangles)
+        solid->volume_ = std::abs(solid->volume_of_pieces());
+    else
+        solid->volume_ = solid->sampled_volume(0, 96);
     if (!(solid->volume_ > 1e-9)) return {nullptr, "none that encloses a volume"};
     return {std::move(solid), ""};
 }
@@ -263,25 +298,30 @@ double SolidMesh::depth(Vec3<double> at) const
 
 double SolidMesh::depth(Vec3<double> at, double wall) const { return shell_depth(depth(at), wall); }
 
+// From the depths at the middles of the n^3 cubes of a grid.
+double SolidMesh::sampled_volume(double wall, int n) const
+{
+    const double step = 1.0 / n;
+    const DepthLattice lattice(*this, wall, step, 2 * step);
+    std::vector<double> layers(static_cast<std::size_t>(n));
+    parallel_for(n, LoopOptions{.chunk = 1}, [&](int z) {
+        for (int i = 0; i < n * n; ++i) {
+            const Vec3<double> x{(i % n + 0.5) * step - 0.5, (i / n + 0.5) * step - 0.5,
+                                 (z + 0.5) * step - 0.5};
+            layers[std::size_t(z)] += std::clamp(0.5 + lattice.depth(x) / step, 0.0, 1.0);
+        }
+    });
+    return step * step * step * std::accumulate(layers.begin(), layers.end(), 0.0);
+}
+
 double SolidMesh::volume(double wall) const
 {
     if (!(wall > 0)) return volume_;
     const std::lock_guard lock(mutex_);
     for (const auto& [known, share] : hollow_)
         if (known == wall) return share;
-    // Shares of the samples of a grid, by the depth at their middles.
-    constexpr int n = 64;
-    constexpr double step = 1.0 / n;
-    std::vector<double> layers(n);
-    parallel_for(n, LoopOptions{.chunk = 1}, [&](int z) {
-        for (int i = 0; i < n * n; ++i) {
-            const Vec3<double> x{(i % n + 0.5) * step - 0.5, (i / n + 0.5) * step - 0.5,
-                                 (z + 0.5) * step - 0.5};
-            layers[std::size_t(z)] += std::clamp(0.5 + depth(x, wall) / step, 0.0, 1.0);
-        }
-    });
-    const double sum = step * step * step * std::accumulate(layers.begin(), layers.end(), 0.0);
-    hollow_.emplace_back(wall, std::min(volume_, sum));
+    const int n = int(std::clamp(std::ceil(3 / wall), 64.0, 128.0));
+    hollow_.emplace_back(wall, std::min(volume_, sampled_volume(wall, n)));
     return hollow_.back().second;
 }
 

@@ -18,11 +18,12 @@ struct MadeSolid;
 // box.
 //
 // Inside is what the surface goes around: where its generalised winding number is not 0 [Barill
-// 2018], which needs neither a single piece nor an orientation of all pieces alike, and lets them
-// overlap. Holes are closed by fans around their middle, so that the number is whole everywhere.
+// 2018], which needs no single piece, lets pieces of one orientation overlap, and those apart have
+// any. Holes are closed by fans around their middle, so that the number is whole everywhere.
 class SolidMesh {
   public:
-    static constexpr double most_open = 0.05;  // part of the area: larger holes are refused
+    // Part of the area: refused if the holes that are not in another piece have more.
+    static constexpr double most_open = 0.05;
     static constexpr std::size_t most_triangles = 10'000'000;
 
     // `own`: rotation from the file's frame to the object's. Coincident vertices become one;
@@ -44,6 +45,7 @@ class SolidMesh {
     // before, one to begin with, or -1.
     double distance(Vec3<double> at, double within, int& nearest) const;
 
+    // Of several pieces with many triangles within about 1 %.
     double volume() const { return volume_; }
     double volume(double wall) const;                  // of a shell within about 1 %
     Vec3<double> size() const { return 2.0 * half_; }  // full extents; the longest is 1
@@ -67,8 +69,10 @@ class SolidMesh {
     };
 
     int add_node(const std::vector<Triangle>& all, std::vector<int>& order, int begin, int end);
+    void add_triangles(const std::vector<Int3>& triangles, std::size_t count);
     double winding(Vec3<double> at) const;
     double volume_of_pieces() const;
+    double sampled_volume(double wall, int n) const;
 
     std::vector<Vec3<double>> vertices_;
     std::vector<Triangle> triangles_;  // in the order of the nodes

@@ -179,7 +179,8 @@ void body(Io& io, E& e, Motion& last, const std::string& file)
         }
         io.text(text);
         if constexpr (reads<Io>) {
-            Command command = read_command(parse_json(text, file), file, "", "");
+            // As in the document, files of objects may be anywhere.
+            Command command = read_command(parse_json(text, file), file, "", ".");
             if constexpr (std::is_same_v<Event, CommandEvent>) {
                 if (origin < 0 || origin > int(Origin::replay)) io.refuse("an unknown origin");
                 e.issued.origin = Origin(origin);

@@ -144,7 +144,7 @@ std::string refusal_of(DroppedKind kind)
             break;
     }
     return "expected a scene (.json), a session (.knead), splats (.ply, .spz, .sog, ...) or a "
-           "mesh (.glb, .obj, .ply, .stl)";
+           "mesh (.glb, .obj, .ply, .stl, .3mf)";
 }
 
 bool adds_object(const std::string& file)

@@ -13,6 +13,7 @@ const std::vector<std::pair<std::string, std::string>>& formats()
     static const std::vector<std::pair<std::string, std::string>> all{
         {".glb", "glTF: Blender, game engines, browsers"},
         {".stl", "STL: slicers of 3D printers"},
+        {".3mf", "3MF: slicers of 3D printers, with unit and colours"},
         {".obj", "OBJ: any modelling program"},
         {".ply", "PLY: MeshLab; splats: SuperSplat"},
         {".spz", "SPZ: splats, small"},

@@ -161,7 +161,8 @@ SceneObject new_mesh(const LiveState& state, const std::string& file)
     o.material = material_spec("soft-clay");
     o.source.shape = ShapeKind::mesh;
     o.source.mesh.file = fs::absolute(file).lexically_normal().string();
-    o.source.mesh.up = ending(file) == ".stl" ? UpAxis::z : UpAxis::y;
+    const std::string form = ending(file);
+    o.source.mesh.up = form == ".stl" || form == ".3mf" ? UpAxis::z : UpAxis::y;
     const double all = part_of_mesh * std::min({between.x, between.y, between.z});
     o.source.mesh.size = all;
     const double cells = state.scene ? 2 * state.scene->scene.setup.lattice.dx : all;

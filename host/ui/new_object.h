@@ -37,8 +37,8 @@ SceneObject new_object(const LiveState& state, const std::vector<ObjectId>& rece
                        const std::string& text);
 
 // An object of a mesh, two fifths as long as the shortest side between the walls, at the place of a
-// new object. Up is z in a .stl file, in others y. The file is not read. Precondition: there is a
-// document.
+// new object. Up is z in .stl and .3mf files, in others y. The file is not read. Precondition:
+// there is a document.
 SceneObject new_mesh(const LiveState& state, const std::string& file);
 
 }  // namespace knead

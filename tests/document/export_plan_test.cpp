@@ -106,13 +106,14 @@ TEST_F(ExportPlans, RefusalsSayWhatIsExpected)
 {
     const auto surface = ExportContent::surface, splats = ExportContent::splats;
     for (const char* file : {"", "ball", "ball.step", "ball.knead", ".glb/ball"})
-        EXPECT_EQ(refused({file, {}, {}, {}}),
-                  "file: expected a name that ends in .glb, .obj, .ply or .stl for the surface, in "
-                  ".glb, .ply, .sog, .splat or .spz for splats");
+        EXPECT_EQ(
+            refused({file, {}, {}, {}}),
+            "file: expected a name that ends in .3mf, .glb, .obj, .ply or .stl for the surface, in "
+            ".glb, .ply, .sog, .splat or .spz for splats");
     EXPECT_EQ(refused({"a.obj", splats, {}, {}}),
               "file: expected a name that ends in .glb, .ply, .sog, .splat or .spz for splats");
     EXPECT_EQ(refused({"a.spz", surface, {}, {}}),
-              "file: expected a name that ends in .glb, .obj, .ply or .stl for the surface");
+              "file: expected a name that ends in .3mf, .glb, .obj, .ply or .stl for the surface");
     EXPECT_EQ(refused({"a.spz", {}, {}, named("ball")}), "objects: expected an object of splats");
     EXPECT_EQ(refused({"a.glb", {}, {}, named("bal")}),
               "objects: there is no object \"bal\"; the nearest name is \"ball\"");

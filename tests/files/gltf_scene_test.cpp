@@ -7,6 +7,7 @@
 
 #include "host/base/errors.h"
 #include "host/base/json_reader.h"
+#include "host/files/image.h"
 #include "host/files/mesh_reader.h"
 #include "tests/reason.h"
 
@@ -237,6 +238,38 @@ TEST(GltfScene, ColoursOfVerticesAndMaterialsAreMultiplied)
     EXPECT_NEAR(c.z, 0.1, 1e-6);
     of.at("/accessors/2/count") = 3;
     EXPECT_NE(of.refused().find("COLOR_0: expected one for each of 4 vertices"), std::string::npos);
+}
+
+TEST(GltfScene, TexturesColourTheVertices)
+{
+    Tetrahedron of;
+    of.at("/meshes/0/primitives/0/material") = 0;
+    of.json["materials"] = Json::parse(
+        R"([{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0},
+                                      "baseColorFactor": [1, 1, 0.5, 1]}}])");
+    of.json["textures"] = Json::parse(R"([{"source": 0, "sampler": 0}])");
+    of.json["samplers"] = Json::parse(R"([{"wrapS": 33071}])");
+    const std::size_t from = of.binary.size();
+    for (const float uv : {0.1f, 0.5f, 0.9f, 0.5f, 7.f, 2.5f, -7.f, 0.5f}) append(of.binary, uv);
+    of.at("/meshes/0/primitives/0/attributes/TEXCOORD_0") = of.add(from, 5126, 4, "VEC2");
+    const std::size_t picture = of.binary.size();
+    of.binary += png_bytes({2, 1, {255, 0, 0, 0, 255, 255}});
+    of.add(picture, 5121, 1, "SCALAR");
+    of.at("/accessors").erase(3);
+    of.json["images"] = {{{"bufferView", 3}, {"mimeType", "image/png"}}};
+    const MeshFile file = of.read();
+    EXPECT_EQ(file.notes.at(0), "colours of textures are those at the vertices");
+    const auto& c = file.meshes[0].colours;
+    ASSERT_EQ(c.size(), 4u);
+    for (const int red : {0, 3}) EXPECT_EQ(c[std::size_t(red)].x, 1);
+    for (const int cyan : {1, 2}) {
+        EXPECT_EQ(c[std::size_t(cyan)].x, 0);
+        EXPECT_EQ(c[std::size_t(cyan)].y, 1);
+        EXPECT_NEAR(c[std::size_t(cyan)].z, 0.5, 1e-6);
+    }
+    of.json["images"] = {{{"uri", "a b.png"}}};
+    EXPECT_NE(of.read().notes.at(0).find("1 textures left out"), std::string::npos);
+    EXPECT_FLOAT_EQ(of.read().meshes[0].colours.at(0).z, 0.5f);
 }
 
 TEST(GltfScene, RequiredExtensionsAreKnownOrRefusedByName)

@@ -239,7 +239,7 @@ TEST(MeshFile, UnknownEndingIsNamedAndNothingIsWritten)
     for (const char* const name : {"clay.fbx", "clay", "folder.glb/clay", ".", ""}) {
         const std::string path = place / name;
         EXPECT_EQ(error_of(path, pair_of_meshes()),
-                  path + ": a mesh is written as .glb, .obj, .ply or .stl");
+                  path + ": a mesh is written as .glb, .obj, .ply, .stl or .3mf");
     }
     EXPECT_EQ(place.files(), 0);
 }

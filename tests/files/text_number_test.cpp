@@ -168,7 +168,7 @@ TEST(PlyText, IsReadAsOthersWriteIt)
     EXPECT_EQ(to_mesh(parse_ply(strips, "t"), "t").triangles.size(), 3u);
     EXPECT_FALSE(holds_particles(parse_ply_header(strips, "t")));
     EXPECT_TRUE(holds_particles(parse_ply_header(replaced(strips, "strips 1", "strips 0"), "t")));
-    const auto said = [](const std::string& row) {
+    const auto said = [&](const std::string& row) {
         return reason<InputError>([&] { parse_ply(ply("float", row + rows), "t"); });
     };
     EXPECT_NE(said("0 1,5 0").find("found \"1,5\" (decimal comma?)"), std::string::npos);

@@ -1,4 +1,6 @@
-// Meshes: PLY, OBJ, GLB, STL.
+// Meshes: PLY, OBJ, GLB, STL, 3MF; and as bodies.
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -7,6 +9,8 @@
 #include "host/files/mesh_file.h"
 #include "host/files/mesh_reader.h"
 #include "host/files/stl.h"
+#include "host/files/three_mf.h"
+#include "host/scene/solid_mesh.h"
 #include "tests/folder.h"
 #include "tests/fuzz/formats.h"
 
@@ -37,6 +41,23 @@ std::vector<std::string> pairs(const std::string& ending)
             written(ending, {octahedron(1, 0), octahedron(7, 1e-3f)})};
 }
 
+// As clay, of at most so many triangles: the time is for the readers.
+void use_as_body(const FileMesh& mesh)
+{
+    if (mesh.triangles.size() > 2000) return;
+    const MadeSolid made = SolidMesh::make(mesh.vertices, mesh.triangles, {0.8, 0, 0.6, 0});
+    if ((made.solid == nullptr) == made.why.empty())
+        throw std::logic_error("neither a body nor a reason");
+    if (!made.solid) return;
+    const SolidMesh& body = *made.solid;
+    const Vec3<double> size = body.size();
+    if (!(std::max({size.x, size.y, size.z}) < 1 + 1e-9) || !(body.volume() > 0))
+        throw std::logic_error("a body without a size");
+    for (const double at : {-0.4, 0.01, 0.3})
+        if (!std::isfinite(body.depth({at, 0.5 * at, -at}, 0.1)))
+            throw std::logic_error("a depth that is not finite");
+}
+
 // What `info` says of a mesh and `convert` does with it.
 void use(const MeshFile& file)
 {
@@ -44,6 +65,8 @@ void use(const MeshFile& file)
     std::vector<const Mesh*> all;
     double sum = 0;
     for (const FileMesh& mesh : file.meshes) sum += volume(mesh);
+    if (file.meshes.size() < 100)
+        for (const FileMesh& mesh : file.meshes) use_as_body(mesh);
     for (const Mesh& mesh : meshes) {
         sum += volume(mesh) + components(mesh);
         all.push_back(&mesh);
@@ -130,6 +153,9 @@ std::vector<std::string> stl_seeds()
 }
 void read_stl_mesh(const std::string& bytes) { use({{parse_stl(bytes, "mesh.stl")}, {}, 0}); }
 
+std::vector<std::string> three_mf_seeds() { return pairs(".3mf"); }
+void read_three_mf_mesh(const std::string& bytes) { use(parse_3mf(bytes, "mesh.3mf")); }
+
 }  // namespace
 
 std::vector<FuzzFormat> mesh_formats()
@@ -137,7 +163,8 @@ std::vector<FuzzFormat> mesh_formats()
     return {{"mesh-ply", ply_seeds, read_ply_mesh},
             {"mesh-obj", obj_seeds, read_obj_mesh},
             {"mesh-glb", glb_seeds, read_glb_mesh},
-            {"mesh-stl", stl_seeds, read_stl_mesh}};
+            {"mesh-stl", stl_seeds, read_stl_mesh},
+            {"mesh-3mf", three_mf_seeds, read_three_mf_mesh}};
 }
 
 }  // namespace knead

@@ -130,7 +130,7 @@ TEST(SolidMesh, IsADistanceToWavesWithinRounding)
 TEST(SolidMesh, MayBeOfPiecesThatOverlapOrTurnTheirInsideOut)
 {
     Triangles two = box({1, 1, 1});
-    add(two, box({1, 1, 1}), {1, 0.3, 0.2}, true);
+    add(two, box({1, 1, 1}), {1, 0.3, 0.2});
     const auto m = solid(two);
     const double unit = m->file_extent();
     const Vec3<double> middle{0.5, 0.15, 0.1};
@@ -184,6 +184,30 @@ TEST(SolidMesh, SmallHolesAreClosedAndLargeOnesRefusedWithTheirPlace)
     plate.vertices.assign(4, {1, 2, 3});
     EXPECT_NE(why(plate), "");
     EXPECT_NE(why({}), "");
+}
+
+// A pipe without ends is open, unless they are in other pieces.
+TEST(SolidMesh, MayHaveHolesInsideOfOtherPieces)
+{
+    Triangles pipe;
+    constexpr int n = 24;
+    for (int k = 0; k < n; ++k)
+        for (const double z : {-2.0, 2.0}) {
+            const double a = 2 * std::numbers::pi * k / n;
+            pipe.vertices.push_back({0.5 * std::cos(a), 0.5 * std::sin(a), z});
+        }
+    for (int k = 0; k < n; ++k) {
+        const int a = 2 * k, b = 2 * ((k + 1) % n);
+        pipe.triangles.push_back({a, b, b + 1}), pipe.triangles.push_back({a, b + 1, a + 1});
+    }
+    EXPECT_NE(why(pipe).find("2)"), std::string::npos) << why(pipe);
+    Triangles held = pipe;
+    for (const double z : {-2.0, 2.0}) add(held, box({1, 1, 0.7}), {0, 0, z});
+    const auto m = solid(held);
+    EXPECT_EQ(m->closed_holes(), 2u);
+    EXPECT_GT(m->depth({0, 0, 0}), 0.05);
+    EXPECT_LT(m->depth({0.15, 0, 0}), 0);
+    EXPECT_GT(m->depth({0.15, 0, 0.4}), 0);
 }
 
 // Triangles that are drawn at random, with whatever edges they share.
