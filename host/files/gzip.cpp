@@ -12,7 +12,7 @@ namespace knead {
 namespace {
 
 constexpr int gzip_window = 16 + MAX_WBITS;  // with the header and checksum of gzip
-constexpr std::size_t step = std::size_t(1) << 16;
+constexpr std::size_t step = std::size_t(1) << 16, largest_part = std::size_t(4) << 20;
 
 // Feeds `bytes` to zlib in pieces, since zlib counts in 32 bits.
 class Feed {
@@ -50,6 +50,7 @@ Inflated inflated(const std::string& bytes, std::size_t most)
     z_stream z{};
     if (inflateInit2(&z, gzip_window) != Z_OK) throw std::bad_alloc();
     Inflated out;
+    out.bytes.reserve(most + 1);  // takes no memory until it is filled
     Feed feed(z, bytes);
     std::string part(step, '\0');
     int answer = Z_OK;
@@ -96,24 +97,44 @@ std::string gunzipped(const std::string& bytes, const std::string& path, std::si
     return std::move(all.bytes);
 }
 
-std::string gzipped(const std::string& bytes)
+void gzip_parts(const std::function<std::string(std::size_t k)>& part, std::size_t parts,
+                const AddBytes& add)
 {
     z_stream z{};
     constexpr int memory = 9;  // the maximum, for speed
     if (deflateInit2(&z, Z_DEFAULT_COMPRESSION, Z_DEFLATED, gzip_window, memory,
                      Z_DEFAULT_STRATEGY) != Z_OK)
         throw std::bad_alloc();
-    std::string out, part(step, '\0');
-    Feed feed(z, bytes);
-    for (int answer = Z_OK; answer != Z_STREAM_END;) {
-        const bool last = feed.more();
-        z.next_out = reinterpret_cast<Bytef*>(part.data());
-        z.avail_out = uInt(step);
-        answer = deflate(&z, last ? Z_FINISH : Z_NO_FLUSH);
-        out.append(part, 0, step - z.avail_out);
+    struct End {
+        z_stream& of;
+        ~End() { deflateEnd(&of); }
+    } const end{z};
+    std::string out;
+    for (std::size_t k = 0; k < parts; ++k) {
+        const std::string bytes = part(k);
+        Feed feed(z, bytes);
+        const bool last = k + 1 == parts;
+        for (int answer = Z_OK;;) {
+            const bool all = feed.more();
+            const std::size_t size = out.size();
+            out.resize(size + step);
+            z.next_out = reinterpret_cast<Bytef*>(out.data() + size);
+            z.avail_out = uInt(step);
+            answer = deflate(&z, last && all ? Z_FINISH : Z_NO_FLUSH);
+            out.resize(size + step - z.avail_out);
+            if (out.size() >= largest_part) add(out), out.clear();
+            if (last ? answer == Z_STREAM_END : all && z.avail_in == 0 && z.avail_out > 0) break;
+        }
     }
-    deflateEnd(&z);
-    return out;
+    add(out);
+}
+
+std::string gzipped(const std::string& bytes)
+{
+    std::string all;
+    gzip_parts([&](std::size_t) { return bytes; }, 1,
+               [&](const std::string& part) { all += part; });
+    return all;
 }
 
 }  // namespace knead

@@ -1,6 +1,9 @@
 // gzip files (RFC 1952), through zlib.
 #pragma once
+#include <functional>
 #include <string>
+
+#include "host/base/outputs.h"
 
 namespace knead {
 
@@ -16,5 +19,8 @@ std::string gunzipped(const std::string& bytes, const std::string& path, std::si
 
 // Deterministic: stores no time and no name.
 std::string gzipped(const std::string& bytes);
+// The same of part(0), part(1), ... one after another, passed on in parts of a few MiB.
+void gzip_parts(const std::function<std::string(std::size_t k)>& part, std::size_t parts,
+                const AddBytes& add);
 
 }  // namespace knead

@@ -22,7 +22,7 @@ namespace {
 using Json = nlohmann::json;
 constexpr std::size_t code_count = 256, entries_a_row = 64, most_entries = 65536;
 constexpr int largest_image = 16383, lloyd_steps = 40;
-constexpr std::size_t largest_sample = 1 << 20;
+constexpr std::size_t largest_sample = 1 << 19;
 
 // The codes of a codebook, ascending, and the nearest one of a value.
 class Codebook {
@@ -32,13 +32,14 @@ class Codebook {
     explicit Codebook(std::vector<float> values)
     {
         std::sort(values.begin(), values.end());
-        std::vector<float> different = values;
-        different.erase(std::unique(different.begin(), different.end()), different.end());
-        if (different.size() <= code_count) {
-            codes = different;
+        for (const float v : values)
+            if (codes.size() <= code_count && (codes.empty() || v != codes.back()))
+                codes.push_back(v);
+        if (codes.size() <= code_count) {
             codes.resize(code_count, codes.empty() ? 0 : codes.back());
             return;
         }
+        codes.clear();
         // Half of the first codes by share of the values, half by their range.
         for (std::size_t k = 0; k < code_count / 2; ++k) {
             const double t = (double(k) + 0.5) / (code_count / 2.0);

@@ -275,7 +275,9 @@ void write_splats(const std::string& path, const SplatCloud& cloud, int spz_vers
         return write_in_parts(path, [&](const AddBytes& add) { write_splat_ply(cloud, add); });
     if (form == ".splat")
         return write_in_parts(path, [&](const AddBytes& add) { write_dot_splat(cloud, add); });
-    if (form == ".spz") return write_whole(path, spz_bytes(cloud, path, spz_version));
+    if (form == ".spz")
+        return write_in_parts(
+            path, [&](const AddBytes& add) { write_spz(cloud, path, spz_version, add); });
     if (form == ".glb")
         return write_in_parts(path,
                               [&](const AddBytes& add) { write_splat_glb(cloud, path, add); });

@@ -94,6 +94,7 @@ bool begins_spz(const std::string& start);  // `start`: the first bytes of a fil
 SplatFile parse_spz(std::string bytes, const std::string& path);
 // Version 2, 3 or 4. `path` is used in messages only.
 std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int version = 3);
+void write_spz(const SplatCloud& cloud, const std::string& path, int version, const AddBytes& add);
 
 // KHR_gaussian_splatting, the splats of the default scene. Splats compressed as SPZ are refused.
 bool begins_splat_glb(const std::string& start);  // `start`: at least to the end of the document

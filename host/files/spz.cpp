@@ -9,6 +9,8 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <memory>
+#include <new>
 #include <numbers>
 
 #include "host/base/errors.h"
@@ -342,46 +344,46 @@ SplatFile parse_spz(std::string bytes, const std::string& path)
 
 namespace {
 
-// The arrays of a file, in file order, in its axes.
-std::vector<std::string> packed_arrays(const SplatCloud& cloud, const SpzHeader& h)
+// Array k of a file, in file order, in its axes.
+std::string packed_array(const SplatCloud& cloud, const SpzHeader& h, std::size_t k)
 {
     const Sizes size = sizes(int(h.version), cloud.degree);
     const std::size_t n = cloud.count(), stride = std::size_t(harmonics(cloud.degree));
-    std::vector<std::string> arrays(6);
-    const auto begin = [&](std::size_t k, std::size_t each) { arrays[k].reserve(n * each); };
-    const auto put = [](std::string& to, double value) { to.push_back(char(byte(value))); };
-    begin(0, size.centre);
+    const std::size_t each[] = {size.centre, size.opacity,  size.colour,
+                                size.scale,  size.rotation, size.sh};
+    std::string out;
+    out.reserve(n * each[k]);
+    const auto put = [&](double value) { out.push_back(char(byte(value))); };
     const auto put_centre = [&](double x) {
         const auto whole = std::uint32_t(std::lround(std::ldexp(x, h.fraction_bits)));
-        for (int shift : {0, 8, 16}) arrays[0].push_back(char(whole >> shift));
+        for (int shift : {0, 8, 16}) out.push_back(char(whole >> shift));
     };
-    for (const Vec3<float>& x : cloud.centre) put_centre(x.x), put_centre(-x.y), put_centre(-x.z);
-    begin(1, size.opacity);
-    for (float a : cloud.opacity) put(arrays[1], 255 * double(a));
-    begin(2, size.colour);
     for (std::size_t i = 0; i < n; ++i) {
-        const Vec3<float> dc = cloud.sh[i * stride];
-        for (float c : {dc.x, dc.y, dc.z}) put(arrays[2], 255 * (colour_gain * double(c) + 0.5));
-    }
-    begin(3, size.scale);
-    for (const Vec3<float>& s : cloud.scale)
-        for (float part : {s.x, s.y, s.z})
-            put(arrays[3], log_scale_steps * (std::log(double(part)) - log_scale_least));
-    begin(4, size.rotation);
-    for (const Quat<float>& r : cloud.rotation) {
-        const Quat<double> q{r.w, r.x, -double(r.y), -double(r.z)};
-        const auto bytes = h.version >= 3 ? packed_smallest(q) : packed_first(q);
-        arrays[4].append(reinterpret_cast<const char*>(bytes.data()), size.rotation);
-    }
-    begin(5, size.sh);
-    for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t k = 1; k < stride; ++k) {
-            const Vec3<float> c = cloud.sh[i * stride + k];
-            for (float part : {c.x, c.y, c.z})
-                put(arrays[5], 128 + 128 * sh_sign[k] * double(part));
+        if (k == 0) {
+            const Vec3<float> x = cloud.centre[i];
+            put_centre(x.x), put_centre(-x.y), put_centre(-x.z);
+        } else if (k == 1) {
+            put(255 * double(cloud.opacity[i]));
+        } else if (k == 2) {
+            const Vec3<float> dc = cloud.sh[i * stride];
+            for (float c : {dc.x, dc.y, dc.z}) put(255 * (colour_gain * double(c) + 0.5));
+        } else if (k == 3) {
+            const Vec3<float> s = cloud.scale[i];
+            for (float part : {s.x, s.y, s.z})
+                put(log_scale_steps * (std::log(double(part)) - log_scale_least));
+        } else if (k == 4) {
+            const Quat<float> r = cloud.rotation[i];
+            const Quat<double> q{r.w, r.x, -double(r.y), -double(r.z)};
+            const auto bytes = h.version >= 3 ? packed_smallest(q) : packed_first(q);
+            out.append(reinterpret_cast<const char*>(bytes.data()), size.rotation);
+        } else {
+            for (std::size_t c = 1; c < stride; ++c) {
+                const Vec3<float> v = cloud.sh[i * stride + c];
+                for (float part : {v.x, v.y, v.z}) put(128 + 128 * sh_sign[c] * double(part));
+            }
         }
-    if (arrays.back().empty()) arrays.pop_back();
-    return arrays;
+    }
+    return out;
 }
 
 template <class T>
@@ -390,33 +392,51 @@ void add_bytes(std::string& bytes, const T& value)
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-// With a record of the axes, since many files of this version have others.
-std::string spz_4_bytes(std::vector<std::string> arrays, SpzHeader h)
+// Appends a Zstandard frame, piece by piece.
+void compress_into(std::string& frame, const std::string& bytes)
 {
-    h.streams = std::uint8_t(arrays.size()), h.flags |= extensions_flag;
+    struct Free {
+        void operator()(ZSTD_CCtx* c) const { ZSTD_freeCCtx(c); }
+    };
+    const std::unique_ptr<ZSTD_CCtx, Free> context(ZSTD_createCCtx());
+    if (!context) throw std::bad_alloc();
+    ZSTD_CCtx_setPledgedSrcSize(context.get(), bytes.size());
+    ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
+    std::string piece(ZSTD_CStreamOutSize(), '\0');
+    for (std::size_t left = 1; left > 0;) {
+        ZSTD_outBuffer out{piece.data(), piece.size(), 0};
+        left = ZSTD_compressStream2(context.get(), &out, &in, ZSTD_e_end);
+        if (ZSTD_isError(left)) throw std::bad_alloc();  // nothing else can go wrong
+        frame.append(piece, 0, out.pos);
+    }
+}
+
+// With a record of the axes, since many files of this version have others.
+void write_spz_4(const SplatCloud& cloud, SpzHeader h, std::size_t arrays, const AddBytes& add)
+{
+    h.streams = std::uint8_t(arrays), h.flags |= extensions_flag;
     constexpr std::uint32_t record[3] = {coordinate_extension, 4, right_up_back};
-    std::string out;
-    add_bytes(out, h);
-    add_bytes(out, SpzTail{header_4 + sizeof record, {}});
-    add_bytes(out, record);
+    std::string head;
+    add_bytes(head, h);
+    add_bytes(head, SpzTail{header_4 + sizeof record, {}});
+    add_bytes(head, record);
     std::vector<std::string> frames;
-    for (std::string& array : arrays) {
-        std::string frame(ZSTD_compressBound(array.size()), '\0');
-        const std::size_t size = ZSTD_compress(frame.data(), frame.size(), array.data(),
-                                               array.size(), ZSTD_CLEVEL_DEFAULT);
-        if (ZSTD_isError(size)) throw std::bad_alloc();  // nothing else can go wrong
-        frame.resize(size), frame.shrink_to_fit();
-        add_bytes(out, SpzStream{size, array.size()});
-        array = {};
+    for (std::size_t k = 0; k < arrays; ++k) {
+        const std::string array = packed_array(cloud, h, k);
+        // What is not filled takes no memory.
+        std::string frame;
+        frame.reserve(ZSTD_compressBound(array.size()));
+        compress_into(frame, array);
+        add_bytes(head, SpzStream{frame.size(), array.size()});
         frames.push_back(std::move(frame));
     }
-    for (const std::string& frame : frames) out += frame;
-    return out;
+    add(head);
+    for (std::string& frame : frames) add(frame), frame = {};
 }
 
 }  // namespace
 
-std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int version)
+void write_spz(const SplatCloud& cloud, const std::string& path, int version, const AddBytes& add)
 {
     if (cloud.count() > 0x7fffffffu)
         throw InputError(fmt::format("{}: SPZ: expected at most 2147483647 splats, found {}", path,
@@ -428,13 +448,22 @@ std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int vers
                       std::uint8_t(fraction_bits_for(cloud, path)),
                       std::uint8_t(cloud.antialiased ? antialiased_flag : 0),
                       0};
-    std::vector<std::string> arrays = packed_arrays(cloud, h);
-    if (version == 4) return spz_4_bytes(std::move(arrays), h);
-    std::string out;
-    add_bytes(out, h);
-    out.reserve(out.size() + cloud.count() * sizes(version, cloud.degree).all());
-    for (std::string& array : arrays) out += array, array = {};
-    return gzipped(out);
+    const std::size_t arrays = cloud.degree > 0 ? 6 : 5;
+    if (version == 4) return write_spz_4(cloud, h, arrays, add);
+    const auto part = [&](std::size_t k) {
+        if (k > 0) return packed_array(cloud, h, k - 1);
+        std::string head;
+        add_bytes(head, h);
+        return head;
+    };
+    gzip_parts(part, 1 + arrays, add);
+}
+
+std::string spz_bytes(const SplatCloud& cloud, const std::string& path, int version)
+{
+    std::string all;
+    write_spz(cloud, path, version, [&](const std::string& part) { all += part; });
+    return all;
 }
 
 }  // namespace knead

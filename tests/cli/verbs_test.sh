@@ -49,7 +49,7 @@ answers 0 info pot/splats.spz
 answers 0 convert pot/splats.spz pot/splats.glb
 grep -aq KHR_gaussian_splatting pot/splats.glb || wrong "no splats in a GLB"
 answers 2 run $pot --device cpu --splats obj
-complains '--splats: expected ply, splat, spz, glb or none, found "obj"'
+complains '--splats: expected ply, compressed.ply, splat, spz, sog, glb or none, found "obj"'
 
 # A scene of splats that stands still.
 ground="$scenes/ground.json --set domain.cells=16"
