@@ -436,6 +436,28 @@ std::vector<Command> file_command(const LiveState& state, const UiState& ui,
     return {open_command(ui, *file)};
 }
 
+// Of the nozzle that the mouse leads.
+bool change_nozzle(UiState& ui, const ControlEvent& event)
+{
+    const bool* const on = value_of<bool>(event);
+    const double* const number = value_of<double>(event);
+    const int* const whole = value_of<int>(event);
+    switch (event.id.control) {
+        case Control::nozzle:
+            ui.nozzle = on ? *on : !ui.nozzle;
+            if (ui.nozzle) ui.mouse_hand = false;
+            return true;
+        case Control::nozzle_section:
+            if (whole) ui.section = std::clamp(*whole, 0, int(sections_of_mouse().size()) - 1);
+            return true;
+        case Control::nozzle_diameter:
+            if (number) ui.diameter = std::clamp(*number, nozzle_range.low, nozzle_range.high);
+            return true;
+        default:
+            return false;
+    }
+}
+
 // Of what is chosen and how it is moved.
 bool change_choice(UiState& ui, const ControlEvent& event)
 {
@@ -602,7 +624,7 @@ std::vector<Command> commands_for(const LiveState& state, const UiState& ui,
 
 bool change(UiState& ui, const ControlEvent& event)
 {
-    if (change_choice(ui, event)) return true;
+    if (change_choice(ui, event) || change_nozzle(ui, event)) return true;
     const bool* const on = value_of<bool>(event);
     const double* const number = value_of<double>(event);
     const int* const whole = value_of<int>(event);
@@ -613,16 +635,6 @@ bool change(UiState& ui, const ControlEvent& event)
         case Control::mouse_hand:
             ui.mouse_hand = on ? *on : !ui.mouse_hand;
             if (ui.mouse_hand) ui.nozzle = false;
-            return true;
-        case Control::nozzle:
-            ui.nozzle = on ? *on : !ui.nozzle;
-            if (ui.nozzle) ui.mouse_hand = false;
-            return true;
-        case Control::nozzle_section:
-            if (whole) ui.section = std::clamp(*whole, 0, int(sections_of_mouse().size()) - 1);
-            return true;
-        case Control::nozzle_diameter:
-            if (number) ui.diameter = std::clamp(*number, nozzle_range.low, nozzle_range.high);
             return true;
         case Control::posture:
             ui.posture =
