@@ -253,9 +253,14 @@ class Reduction {
             if (o.source.strand) o.source.strand = scaled(*o.source.strand, c.factor);
             o.source.rounding =
                 std::min(c.factor * o.source.rounding, std::min({side.x, side.y, side.z}) / 2);
-            if (std::max({o.source.size.x, o.source.size.y, o.source.size.z, splats,
-                          mesh_extent(object_of(o))}) > 1000)
-                refuse("factor", "expected an object of at most 1000 m");
+            // What readers of documents take.
+            double most =
+                std::max({o.source.size.x, o.source.size.y, o.source.size.z, splats, mesh.size,
+                          mesh.scale / 1000, mesh.hollow, mesh_extent(object_of(o))});
+            if (o.source.strand)
+                for (const StrandPoint& p : o.source.strand->path)
+                    most = std::max({most, std::abs(p.at.x), std::abs(p.at.y), std::abs(p.at.z)});
+            if (most > 1000) refuse("factor", "expected an object of at most 1000 m");
             replace_in(next, std::move(o));
         }
         return c.factor == 1 ? same : done(std::move(next));

@@ -16,6 +16,7 @@ namespace knead {
 namespace {
 
 constexpr int node_triangles = 6;                  // of a leaf
+constexpr std::size_t few_triangles = 10000;       // whose sides are looked at one by one
 constexpr double dipole_beyond = 2.3;              // radii of a node
 constexpr int lattice_part = 16, least_cells = 2;  // cells of a lattice along an edge of a part
 constexpr double most_nodes = 1 << 27;
@@ -186,7 +187,12 @@ MadeSolid SolidMesh::make(const std::vector<Vec3<double>>& vertices,
     double six = 0;
     for (const Int3 t : surface.triangles)
         six += dot(v[std::size_t(t.x)], cross(v[std::size_t(t.y)], v[std::size_t(t.z)]));
-    solid->volume_ = std::abs(surface.pieces > 1 ? solid->volume_of_pieces() : six / 6);
+    const Vec3<double> all = solid->size();
+    solid->volume_ = std::abs(six / 6);
+    if (surface.pieces > 1 && surface.triangles.size() < few_triangles)
+        solid->volume_ = std::abs(solid->volume_of_pieces());
+    else if (surface.pieces > 1 && solid->volume_ < 1e-3 * all.x * all.y * all.z)
+        solid->volume_ = solid->sampled_volume(0, 96);  // some may be inside out
     if (!(solid->volume_ > 1e-9)) return {nullptr, "none that encloses a volume"};
     return {std::move(solid), ""};
 }
@@ -292,14 +298,9 @@ double SolidMesh::depth(Vec3<double> at) const
 
 double SolidMesh::depth(Vec3<double> at, double wall) const { return shell_depth(depth(at), wall); }
 
-double SolidMesh::volume(double wall) const
+// From the depths at the middles of the n^3 cubes of a grid.
+double SolidMesh::sampled_volume(double wall, int n) const
 {
-    if (!(wall > 0)) return volume_;
-    const std::lock_guard lock(mutex_);
-    for (const auto& [known, share] : hollow_)
-        if (known == wall) return share;
-    // Shares of the samples of a grid, by the depth at their middles.
-    const int n = int(std::clamp(std::ceil(3 / wall), 64.0, 128.0));
     const double step = 1.0 / n;
     const DepthLattice lattice(*this, wall, step, 2 * step);
     std::vector<double> layers(static_cast<std::size_t>(n));
@@ -310,8 +311,17 @@ double SolidMesh::volume(double wall) const
             layers[std::size_t(z)] += std::clamp(0.5 + lattice.depth(x) / step, 0.0, 1.0);
         }
     });
-    const double sum = step * step * step * std::accumulate(layers.begin(), layers.end(), 0.0);
-    hollow_.emplace_back(wall, std::min(volume_, sum));
+    return step * step * step * std::accumulate(layers.begin(), layers.end(), 0.0);
+}
+
+double SolidMesh::volume(double wall) const
+{
+    if (!(wall > 0)) return volume_;
+    const std::lock_guard lock(mutex_);
+    for (const auto& [known, share] : hollow_)
+        if (known == wall) return share;
+    const int n = int(std::clamp(std::ceil(3 / wall), 64.0, 128.0));
+    hollow_.emplace_back(wall, std::min(volume_, sampled_volume(wall, n)));
     return hollow_.back().second;
 }
 

@@ -45,6 +45,7 @@ class SolidMesh {
     // before, one to begin with, or -1.
     double distance(Vec3<double> at, double within, int& nearest) const;
 
+    // Of several pieces with more than 10,000 triangles, what overlaps counts twice.
     double volume() const { return volume_; }
     double volume(double wall) const;                  // of a shell within about 1 %
     Vec3<double> size() const { return 2.0 * half_; }  // full extents; the longest is 1
@@ -71,6 +72,7 @@ class SolidMesh {
     void add_triangles(const std::vector<Int3>& triangles, std::size_t count);
     double winding(Vec3<double> at) const;
     double volume_of_pieces() const;
+    double sampled_volume(double wall, int n) const;
 
     std::vector<Vec3<double>> vertices_;
     std::vector<Triangle> triangles_;  // in the order of the nodes
