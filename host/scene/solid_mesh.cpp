@@ -187,21 +187,12 @@ MadeSolid SolidMesh::make(const std::vector<Vec3<double>>& vertices,
     double six = 0;
     for (const Int3 t : surface.triangles)
         six += dot(v[std::size_t(t.x)], cross(v[std::size_t(t.y)], v[std::size_t(t.z)]));
-<<<<<<< HEAD
-    if (surface.pieces == 1)
-        solid->volume_ = std::abs(six / 6);
-    else if (surface.triangles.size() < few_triangles)
-        solid->volume_ = std::abs(solid->volume_of_pieces());
-    else
-        solid->volume_ = solid->sampled_volume(0, 96);
-=======
     const Vec3<double> all = solid->size();
     solid->volume_ = std::abs(six / 6);
     if (surface.pieces > 1 && surface.triangles.size() < few_triangles)
         solid->volume_ = std::abs(solid->volume_of_pieces());
     else if (surface.pieces > 1 && solid->volume_ < 1e-3 * all.x * all.y * all.z)
         solid->volume_ = solid->sampled_volume(0, 96);  // some may be inside out
->>>>>>> w/meshfiles
     if (!(solid->volume_ > 1e-9)) return {nullptr, "none that encloses a volume"};
     return {std::move(solid), ""};
 }

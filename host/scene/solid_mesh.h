@@ -45,11 +45,7 @@ class SolidMesh {
     // before, one to begin with, or -1.
     double distance(Vec3<double> at, double within, int& nearest) const;
 
-<<<<<<< HEAD
-    // Of several pieces with many triangles within about 1 %.
-=======
     // Of several pieces with more than 10,000 triangles, what overlaps counts twice.
->>>>>>> w/meshfiles
     double volume() const { return volume_; }
     double volume(double wall) const;                  // of a shell within about 1 %
     Vec3<double> size() const { return 2.0 * half_; }  // full extents; the longest is 1
