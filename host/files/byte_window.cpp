@@ -1,7 +1,6 @@
 #include "host/files/byte_window.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,12 +13,19 @@ namespace knead {
 OpenFile::OpenFile(const std::string& name) : path(name)
 {
     descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    struct stat facts {};
-    if (descriptor < 0 || ::fstat(descriptor, &facts) != 0 || !S_ISREG(facts.st_mode)) {
-        if (descriptor >= 0) ::close(descriptor);
-        throw InputError(path + ": cannot be read");
+    if (descriptor < 0) fail(errno);
+    const off_t end = ::lseek(descriptor, 0, SEEK_END);
+    if (end < 0) {
+        const int reason = errno;
+        ::close(descriptor);
+        fail(reason);
     }
-    bytes = std::size_t(facts.st_size);
+    bytes = std::size_t(end);
+}
+
+void OpenFile::fail(int reason) const
+{
+    throw InputError(path + ": cannot be read: " + std::strerror(reason));
 }
 
 OpenFile::~OpenFile() { ::close(descriptor); }
@@ -29,7 +35,8 @@ void OpenFile::read(std::size_t from, std::size_t size, char* to) const
     while (size > 0) {
         const ssize_t got = ::pread(descriptor, to, size, off_t(from));
         if (got < 0 && errno == EINTR) continue;
-        if (got <= 0) throw InputError(path + ": cannot be read to its end");
+        if (got < 0) fail(errno);
+        if (got == 0) throw InputError(path + ": cannot be read: it became shorter meanwhile");
         from += std::size_t(got), to += got, size -= std::size_t(got);
     }
 }

@@ -22,6 +22,8 @@ class OpenFile {
     void read(std::size_t from, std::size_t size, char* to) const;
 
   private:
+    [[noreturn]] void fail(int reason) const;
+
     std::string path;
     int descriptor = -1;
     std::size_t bytes = 0;

@@ -275,8 +275,11 @@ class SogWriter {
         meta["quats"] = {{"files", {"quats.webp"}}};
     }
 
-    // Natural logarithms; those of 0 as the other formats have it.
-    static float logarithm_of(float s) { return float(std::max(std::log(double(s)), -20.0)); }
+    // Natural logarithms: of 0 as the other formats have it, of the largest floats a step less.
+    static float logarithm_of(float s)
+    {
+        return float(std::clamp(std::log(double(s)), -20.0, 88.7228));
+    }
 
     void add_scales()
     {

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 
 #include "host/base/errors.h"
@@ -278,8 +277,13 @@ void add_notes(SplatFile& file, const Columns& c, const Ranges& ranges, const Pl
 // Finite limit of logarithms and logits that floats read back as exactly 0 (or 1 for an opacity):
 // other readers fail on infinities.
 constexpr double beyond = 104;
+// The logarithm of the largest float, less a step: its exponential is a float again.
+constexpr double largest_logarithm = 88.7228;
 
-float logarithm(float s) { return float(std::max(std::log(double(s)), -beyond)); }
+float logarithm(float s)
+{
+    return float(std::clamp(std::log(double(s)), -beyond, largest_logarithm));
+}
 
 float logit(float opacity)
 {
@@ -397,8 +401,7 @@ std::optional<SplatFile> read_plain_splat_ply(const std::string& path)
         return {};
     refuse_other_kernels(ply, path);
     RowReader rows(ply, path);
-    std::ifstream file(path, std::ios::binary);
-    file.seekg(std::streamoff(ply.body));
+    const OpenFile file(path);
     const std::size_t rows_a_part = std::max<std::size_t>(1, part_bytes / row);
     std::string part;
     std::vector<double> values(ply.elements[0].properties.size());
@@ -406,8 +409,7 @@ std::optional<SplatFile> read_plain_splat_ply(const std::string& path)
         const std::size_t in_part = i % rows_a_part;
         if (in_part == 0) {
             part.resize(row * std::min(rows_a_part, ply.elements[0].rows - i));
-            if (!file.read(part.data(), std::streamsize(part.size())))
-                throw InputError(path + ": cannot be read to its end");
+            file.read(ply.body + i * row, part.size(), part.data());
         }
         const char* at = part.data() + in_part * row;
         for (std::size_t k = 0; k < values.size(); ++k) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -55,6 +56,30 @@ TEST_F(SplatObjects, StandWhereTheSceneSaysAndHoldTheVolumeOfTheirSolid)
     EXPECT_GT(objects[0].cloud.count(), objects[0].surface) << "nothing was put inside";
     for (std::size_t i = 0; i < s.setup.gaussians.size(); ++i)
         ASSERT_LT(length(s.setup.gaussians[i].x - cast<double>(objects[0].cloud.centre[i])), 1e-12);
+}
+
+TEST_F(SplatObjects, OfFaintSplatsAloneAreRefusedInThoseWords)
+{
+    SplatCloud faint = glazed_pot(500);
+    std::fill(faint.opacity.begin(), faint.opacity.end(), 0.015f);
+    write_splats(folder / "pot.splat", faint);
+    Scene s = read_scene(scene(""));
+    const std::string text = reason<InputError>([&] { load_splats(s, room); });
+    EXPECT_NE(text.find("500 splats, all fainter than an opacity of 0.02"), std::string::npos)
+        << text;
+}
+
+// What the reading dropped and noted comes with the object.
+TEST_F(SplatObjects, TellWhatWasDroppedOnReading)
+{
+    SplatCloud cloud = glazed_pot(4000);
+    cloud.centre[7].x = std::nanf("");
+    write_splats(folder / "pot.splat", cloud);
+    Scene s = read_scene(scene(""));
+    const SplatObject object = load_splats(s, room).at(0);
+    EXPECT_EQ(object.dropped, 1u);
+    ASSERT_EQ(object.remarks.size(), 1u);
+    EXPECT_NE(object.remarks[0].find("1 splats left out"), std::string::npos);
 }
 
 // Turned on its side, it is as wide as it was high.

@@ -222,6 +222,15 @@ TEST(SplatPly, CountsThatTheFileCannotHoldAreRefusedAtOnce)
     }
 }
 
+TEST(SplatPly, TheLargestHalfAxesAreReadAgain)
+{
+    SplatCloud cloud = drawn(1, 0, 1);
+    cloud.scale[0] = {std::numeric_limits<float>::max(), 1e38f, 1e-45f};
+    const Vec3<float> back = parse_splat_ply(splat_ply_bytes(cloud), "l.ply").cloud.scale.at(0);
+    EXPECT_NEAR(back.x / std::numeric_limits<float>::max(), 1, 1e-4);
+    EXPECT_NEAR(back.y / 1e38f, 1, 1e-4);
+}
+
 TEST(SplatPly, WhatIsWrittenIsRead)
 {
     for (int degree = 0; degree <= 3; ++degree) {
