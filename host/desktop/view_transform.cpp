@@ -22,6 +22,7 @@ TransformView ViewApp::transform_view() const
 void ViewApp::begin_transform(TransformKind kind)
 {
     const std::vector<ObjectId> chosen = selection(panel.ui);
+    if (nozzle) return;  // clay is being laid
     if (panel.ui.mouse_hand) return panel.note("The mouse leads a hand: H lets go of it.");
     if (chosen.empty()) return panel.note("No object is chosen: click on one.");
     const std::vector<ObjectRef> refs(chosen.begin(), chosen.end());

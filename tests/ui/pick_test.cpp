@@ -15,7 +15,7 @@ using V = Vec3<double>;
 // A ball of rings x 2 rings patches.
 Mesh ball_mesh(int category, V centre, double radius, int rings)
 {
-    Mesh mesh{category, {}, {}, {}, {}};
+    Mesh mesh{category, {}, {}, {}, {}, {}};
     const int around = 2 * rings;
     for (int i = 0; i <= rings; ++i)
         for (int j = 0; j < around; ++j) {
@@ -134,6 +134,50 @@ TEST(Pick, WithPlacesTheObjectWhoseClayIsNearestToTheHit)
     EXPECT_EQ(pick(state, {0.8, 0.3, 3}, along, &places)->object, ObjectId{1});
     places.all.clear();
     EXPECT_EQ(pick(state, from, along, &places)->object, ObjectId{1}) << "none were found";
+}
+
+// Of two objects with one surface, and of one in another category.
+TEST(Pick, ASurfaceIsPartedByTheClayBelowIt)
+{
+    Table table;
+    const V left{0.42, 0.3, 0.5}, right{0.58, 0.3, 0.5};
+    table.document.objects = {object(1, 0, left), object(2, 0, right),
+                              object(3, 1, {0.5, 0.8, 0.5})};
+    Mesh both = ball_mesh(0, left, 0.1, 12);
+    const Mesh other = ball_mesh(0, right, 0.1, 12);
+    const int first = int(both.vertices.size());
+    for (const Vec3<float>& v : other.vertices) both.vertices.push_back(v);
+    for (const Int3& t : other.triangles)
+        both.triangles.push_back({t.x + first, t.y + first, t.z + first});
+    both.normals.resize(both.vertices.size());
+    Mesh alone = ball_mesh(1, {0.5, 0.8, 0.5}, 0.1, 12);
+    alone.normals.resize(alone.vertices.size());
+    ObjectPlaces places;
+    for (const auto& [id, centre] : {std::pair{1u, left}, {2u, right}}) {
+        const V half{0.1, 0.1, 0.1};
+        ObjectPlace place{{id}, {centre - half, centre + half}, centre, 0.02, {}};
+        for (int i = 0; i < 1000; ++i) {
+            const V x{-0.1 + 0.2 * (i % 10) / 9, -0.1 + 0.2 * (i / 10 % 10) / 9,
+                      -0.1 + 0.2 * (i / 100) / 9};
+            if (length(x) < 0.1) place.some.push_back(cast<float>(centre + x));
+        }
+        places.all.push_back(place);
+    }
+    const std::vector<ObjectId> owners = objects_of(both, table.document, places);
+    int wrong = 0;
+    // The balls overlap at x = 0.5.
+    for (std::size_t i = 0; i < owners.size(); ++i)
+        if (std::abs(both.vertices[i].x - 0.5f) > 0.03f)
+            wrong += owners[i] != ObjectId{int(i) < first ? 1u : 2u};
+    EXPECT_EQ(wrong, 0);
+    EXPECT_EQ(objects_of(alone, table.document, places)[0], ObjectId{}) << "it has no clay";
+    const PartedMeshes two = parted({both, alone}, table.document, places, {ObjectId{2}});
+    ASSERT_EQ(two.some.size(), 1u);
+    ASSERT_EQ(two.others.size(), 2u);
+    EXPECT_EQ(two.some[0].triangles.size() + two.others[0].triangles.size(), both.triangles.size());
+    EXPECT_EQ(two.others[1].triangles.size(), alone.triangles.size());
+    for (const Int3& t : two.some[0].triangles) EXPECT_LT(t.x, int(two.some[0].vertices.size()));
+    EXPECT_TRUE(parted({both}, table.document, places, {}).some.empty());
 }
 
 TEST(Pick, NoRayPassesBetweenTriangles)
