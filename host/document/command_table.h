@@ -213,8 +213,8 @@ struct Row<ResetObjects> {
     static constexpr CommandRow row{
         "reset_objects",
         "Reset object",
-        "Replaces the clay of objects by new clay, as they were made, where commands have placed "
-        "them; refused for objects that were merged or split, and for splats.",
+        "Replaces the clay of objects by new clay at the place and size that commands have given "
+        "them; refused for splats, and where the volume has changed by more than 15 %.",
         Receiver::document,
         UndoRule::step,
         needs_edits};
@@ -293,11 +293,12 @@ struct Row<SourceBegin> {
         needs_edits};
     static constexpr std::tuple fields{
         command_field("name", &SourceBegin::name, "of the object"),
-        command_field("section", &SourceBegin::section, "of the clay; absent: circle"),
-        command_field("diameter", &SourceBegin::diameter,
-                      "of the circle, the side of the square, between opposite rims of the star's "
-                      "five points, or the longest extent of the outline",
-                      {0, 10, "m", true}),
+        command_field("section", &SourceBegin::section,
+                      "cross-section of the clay; absent: circle"),
+        command_field(
+            "diameter", &SourceBegin::diameter,
+            "of the circle, side of the square, or longest extent of the star or the outline",
+            {0, 10, "m", true}),
         command_field("outline", &SourceBegin::outline,
                       "of section `outline`: a closed polygon [[x, y], ...] in any unit"),
         command_field("material", &SourceBegin::material,
@@ -309,7 +310,7 @@ struct Row<SourceBegin> {
                       "the section faces along it where it is within 45 degrees of the motion, "
                       "otherwise along the motion; of any length; absent or 0: along the motion",
                       {-1000, 1000}),
-        command_field("ids", &SourceBegin::ids, "of a log: the number given to the object")};
+        command_field("ids", &SourceBegin::ids, "set in logs: the number given to the object")};
 };
 template <>
 struct Row<SourceMove> {

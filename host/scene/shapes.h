@@ -10,8 +10,8 @@ namespace knead {
 
 // Signed depth of x below an object's surface [m], negative outside. Near the surface exact to
 // first order; elsewhere its magnitude is a lower bound. Always outside for shape `splats`, for a
-// text without letters and for a mesh that is not loaded. Of a strand, it is the depth in the tube
-// around its path that its section turns in; so are its box and its extents.
+// text without letters and for a mesh that is not loaded. Of a strand: in the tube around its path
+// with the radius reach_of(), which its box and its extents contain.
 double depth(const Object& object, Vec3<double> x);
 bool inside(const Object& object, Vec3<double> x);
 

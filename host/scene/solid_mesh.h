@@ -17,12 +17,12 @@ struct MadeSolid;
 // Lengths in longest extents of the surface, upright and turned. The origin is the centre of its
 // box.
 //
-// Inside is what the surface goes around: where its generalised winding number is not 0 [Barill
-// 2018], which needs no single piece, lets pieces of one orientation overlap, and those apart have
-// any. Holes are closed by fans around their middle, so that the number is whole everywhere.
+// A point is inside if its generalised winding number is not 0 [Barill 2018]. The surface may have
+// several pieces: those that overlap need the same orientation, separate ones may have any. Holes
+// are closed by fans around their middle, so that the number is whole everywhere.
 class SolidMesh {
   public:
-    // Part of the area: refused if the holes that are not in another piece have more.
+    // Largest share of the area in holes, but for those inside another piece.
     static constexpr double most_open = 0.05;
     static constexpr std::size_t most_triangles = 10'000'000;
 

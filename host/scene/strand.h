@@ -18,11 +18,11 @@ struct StrandPoint {
 };
 struct Strand {
     SectionKind section = SectionKind::circle;
-    // Of the circle, the side of the square, between opposite rims of the star's five points; the
-    // longest extent of another outline [m].
+    // Of the circle, side of the square, or longest extent of the star (of five points) or the
+    // outline [m].
     double diameter = 0;
     std::vector<Point2> outline;    // of section `outline`: a closed polygon, in any unit
-    std::vector<StrandPoint> path;  // in the object's frame; it begins at its centre
+    std::vector<StrandPoint> path;  // in the object's frame; source_begin begins it at 0
     bool open = false;              // the nozzle has not ended it
 };
 
@@ -41,8 +41,8 @@ std::optional<StrandFault> fault_of(const Strand& strand);
 // Clay leaves the nozzle as fast as the nozzle moves, so that it comes to rest where it is laid.
 // The section faces along the nozzle's axis where that is within 45 degrees of the motion,
 // otherwise along the motion. It turns by at most one radian per diameter of the path, but is never
-// more than 60 degrees from the motion. Particles are laid in layers, one volume of the section
-// times the path along the section's normal; a particle has the volume h^3.
+// more than 60 degrees from the motion. Particles are laid in layers. Each has the volume h^3; all
+// together have that of the section's area times the length of the path along its normal.
 //
 // Places of the particles that the path lays behind the point `from` of it, which is at least 1 and
 // less than the number of its points, in the object's frame, layer after layer. The layers up to

@@ -1,4 +1,4 @@
-// Where the clay of each object is: the document has only where commands have placed it.
+// Where the clay of each object is: the document has only the poses that commands have set.
 #pragma once
 #include <vector>
 
@@ -18,10 +18,10 @@ struct ObjectPlace {
 };
 
 struct ObjectPlaces {
-    int history = 0;               // LiveState::history and
-    long frame = 0;                // number of the frame after which they were taken
-    long edits = 0;                // of the scene's clay before
-    double took = 0;               // to find them [s]
+    int history = 0;               // LiveState::history when taken
+    long frame = 0;                // number of the last completed frame
+    long edits = 0;                // of the clay so far
+    double took = 0;               // time to find them [s]
     std::vector<ObjectPlace> all;  // of objects that have clay, in the order of the document
 
     const ObjectPlace* find(ObjectId object) const;  // nullptr: it has no clay

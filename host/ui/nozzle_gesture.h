@@ -30,8 +30,8 @@ class NozzleGesture {
 
     SourceBegin begin() const;
     // The pointer's new place: in the plane of the surface where the drag began, if it is seen at
-    // more than 20 degrees, else across the gaze. Nothing if it has moved less than a part of the
-    // diameter.
+    // more than 20 degrees, else across the gaze. Nothing if it has moved less than a tenth of
+    // the diameter.
     std::optional<SourceMove> move(const TransformView& view);
     SourceEnd end() const { return {ObjectRef(tool_.name)}; }
 

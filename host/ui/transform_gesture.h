@@ -43,12 +43,12 @@ class TransformGesture {
     // The pointer's new place. `snaps`: to the grid. `surface`: while the object is put on it.
     void point(const TransformView& view, bool snaps,
                const std::optional<TransformSurface>& surface = {});
-    // The lowest points of the objects' clay towards `normal`: sampled particles, half a spacing
-    // farther out, so that their surface touches. For moves that snap to a surface.
+    // Some particles of the objects, and their spacing, for moves onto a surface: the lowest along
+    // the surface's normal is placed one spacing above it.
     void set_clay(std::vector<Vec3<float>> some, double spacing);
 
-    // An axis, 0 to 2; with `plane`, the plane across it. The same again: none. Turns have no
-    // planes, and scaling has neither: no effect.
+    // An axis, 0 to 2; with `plane`, the plane across it. The same again: none. Turns ignore
+    // `plane`; scaling ignores the call.
     void choose_axis(int axis, bool plane);
     // -1: none.
     int axis() const { return axis_; }
