@@ -152,7 +152,7 @@ document = json.loads(glb[20:20 + struct.unpack_from('<I', glb, 12)[0]])
 assert [n['name'] for n in document['nodes']] == ['a', 'b'], document['nodes']
 assert [m['name'] for m in document['meshes']] == ['a', 'b'], document['meshes']
 PY
-refused 'expected a name that ends in .glb' '{"frame":1,"export":{"file":"a.step"}}'
+refused 'expected a name that ends in .3mf, .glb' '{"frame":1,"export":{"file":"a.step"}}'
 refused '/export/objects: refused: there is no object "c"' \
     '{"frame":1,"export":{"file":"a.glb","objects":["c"]}}'
 refused 'no splats' '{"frame":1,"export":{"file":"a.spz"}}'

@@ -106,9 +106,6 @@ refuses 2 "--size: expected WIDTHxHEIGHT of 64 to 16384 pixels" view ball.json -
 refuses 5 "text.txt: is there already; --overwrite replaces it" \
     view ball.json --frames 3 --screenshot text.txt
 refuses 3 "keys" view ball.json --script keys
-printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >cube.obj
-refuses 3 "cube.obj: meshes cannot become clay yet" view cube.obj
-rm cube.obj
 refuses 2 "no case of the stability suite" verify stability --device cpu --quick --case none
 refuses 2 "no part of these suites" verify accuracy --device cpu --quick --only nothing
 refuses 2 "cpu:double is not timed" bench --device cpu:double
