@@ -768,14 +768,15 @@ void DearImGuiPanel::touch_panel(const PanelModel& model, const TimeGraph& times
     ImGui::EndChild();
     const int parts = int(part_titles.size());
     widgets_.per_row = parts;
-    const float wide =
-        (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x * float(parts - 1)) /
-        float(parts);
+    // As wide as their titles, and the rest in equal parts.
+    float rest =
+        ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x * float(parts - 1);
+    for (const char* title : part_titles) rest -= ImGui::CalcTextSize(title).x;
     for (int i = 0; i < parts; ++i) {
+        const char* const title = part_titles[std::size_t(i)];
+        const float wide = ImGui::CalcTextSize(title).x + rest / float(parts);
         if (i > 0) ImGui::SameLine();
-        if (widgets_.button({Control::panels, i}, part_titles[std::size_t(i)], false, wide,
-                            i == part_))
-            part_ = i;
+        if (widgets_.button({Control::panels, i}, title, false, wide, i == part_)) part_ = i;
     }
     widgets_.per_row = 3;
     widgets_.end_row();
