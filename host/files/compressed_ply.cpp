@@ -220,7 +220,7 @@ class PackedReader {
         return b.between((w >> 24) / 255.0, (w >> 16 & 255) / 255.0, (w >> 8 & 255) / 255.0);
     }
 
-    // Writers truncate: the middle of a step is meant, but for the ends.
+    // Writers round down, so that the value is the middle of the step; the ends are exact.
     static double coefficient(std::uint8_t b)
     {
         const double t = b == 0 ? 0 : b == 255 ? 1 : (b + 0.5) / 256;

@@ -168,7 +168,11 @@ Vec3<float> linear_colour(Vec3<double> srgb)
     return {linear(srgb.x), linear(srgb.y), linear(srgb.z)};
 }
 
-void check_mesh(const FileMesh& mesh, const std::string& path)
+namespace {
+
+// Of a FileMesh or a Mesh.
+template <class M>
+void check(const M& mesh, const std::string& path)
 {
     if (mesh.triangles.empty()) throw InputError(path + ": expected triangles, found none");
     if (mesh.vertices.size() > std::size_t(std::numeric_limits<int>::max()))
@@ -185,23 +189,15 @@ void check_mesh(const FileMesh& mesh, const std::string& path)
                             i, count - 1, t.x, t.y, t.z));
 }
 
+}  // namespace
+
+void check_mesh(const FileMesh& mesh, const std::string& path) { check(mesh, path); }
+
 void finish_mesh(Mesh& mesh, const std::string& path)
 {
-    if (mesh.triangles.empty()) throw InputError(path + ": expected triangles, found none");
-    if (mesh.vertices.size() > std::size_t(std::numeric_limits<int>::max()))
-        throw InputError(path + ": expected fewer than 2^31 vertices");
-    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
-        if (!std::isfinite(dot(mesh.vertices[i], mesh.vertices[i])))
-            throw InputError(fmt::format("{}: vertex {}: expected finite numbers", path, i));
+    check(mesh, path);
     mesh.normals.assign(mesh.vertices.size(), {0, 0, 0});
-    const int count = int(mesh.vertices.size());
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        const Int3 t = mesh.triangles[i];
-        const auto valid = [&](int v) { return v >= 0 && v < count; };
-        if (!valid(t.x) || !valid(t.y) || !valid(t.z))
-            throw InputError(
-                fmt::format("{}: triangle {}: expected vertices from 0 to {}, found {} {} {}", path,
-                            i, count - 1, t.x, t.y, t.z));
+    for (const Int3 t : mesh.triangles) {
         const Vec3<float> a = mesh.vertices[std::size_t(t.x)];
         const Vec3<float> area =
             cross(mesh.vertices[std::size_t(t.y)] - a, mesh.vertices[std::size_t(t.z)] - a);
