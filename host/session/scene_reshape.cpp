@@ -111,7 +111,11 @@ CommandAnswer SceneEditor::reshape(const Command& command)
 void SceneEditor::make(ClayEdit edit)
 {
     EditableSimulator& s = *parts.simulator;
-    const std::shared_ptr<const Snapshot> before = s.snapshot();
+    const bool drops = !equal(gravity_of(*now), edit.gravity);
+    const std::size_t edits = !edit.gone.empty() + edit.added.size() + edit.moved.size() +
+                              edit.materials.size() + drops + (edit.splats ? 2 : 0);
+    // A single edit has no effect if it fails. A nozzle makes one per move, or none.
+    const std::shared_ptr<const Snapshot> before = edits > 1 ? s.snapshot() : nullptr;
     const CarriedSplats splats_before = edit.splats ? parts.splats.state() : CarriedSplats{};
     try {
         if (!edit.gone.empty()) s.remove_each(edit.gone);
@@ -122,9 +126,10 @@ void SceneEditor::make(ClayEdit edit)
         }
         for (const int number : edit.moved) s.move(number, edit.motion);
         for (const auto& [number, material] : edit.materials) s.set_material(number, material);
-        if (!equal(gravity_of(*now), edit.gravity)) s.set_gravity(edit.gravity);
+        if (drops) s.set_gravity(edit.gravity);
         if (edit.splats) replace_splats(edit, numbers, splats_before);
     } catch (...) {
+        if (!before) throw;
         s.restore(*before);
         if (splats_before.count() > 0)
             parts.splats.set_state(splats_before, parts.splats.local_state());
@@ -132,7 +137,7 @@ void SceneEditor::make(ClayEdit edit)
         throw;
     }
     objects = std::move(edit.objects);
-    parts.loop.clay_edited();
+    if (edits > 0) parts.loop.clay_edited();
 }
 
 // `numbers`: of edit.added, in the simulator. `before`: empty if splats are not drawn.
