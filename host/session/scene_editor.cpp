@@ -318,17 +318,6 @@ StoredState SceneEditor::stored() const
 void SceneEditor::load(const StoredState& from)
 {
     EditableSimulator& s = *parts.simulator;
-    SavedState state = from.state;
-    state.config = s.config();
-    state.config.materials = from.numbers.materials;
-    state.config.gravity = from.document->scene->gravity;
-    const WallOptions walls = walls_of(*from.document);
-    state.config.walls = walls;
-    const std::vector<Particle<double>>& clay = state.contents.particles;
-    state.config.walls =
-        walls_around(state.config, clay.size(), [&](std::size_t i) { return clay[i].x; });
-    const bool moved = !same(state.config.walls, walls);
-    if (moved) state.sliding.clear();  // along walls that are gone
     const std::shared_ptr<const Snapshot> before = s.snapshot();
     const CarriedSplats splats_before = parts.splats.state();
     const LocalState local_before = parts.splats.local_state();
@@ -337,10 +326,22 @@ void SceneEditor::load(const StoredState& from)
     };
     const bool hands = !equal(*now->hands, *from.document->hands);
     try {
+        // First, because other tools forget which clay slides along walls.
+        if (hands) set_hands(*from.document);
+        SavedState state = from.state;
+        state.config = s.config();
+        state.config.materials = from.numbers.materials;
+        state.config.gravity = from.document->scene->gravity;
+        const WallOptions walls = walls_of(*from.document);
+        state.config.walls = walls;
+        const std::vector<Particle<double>>& clay = state.contents.particles;
+        state.config.walls =
+            walls_around(state.config, clay.size(), [&](std::size_t i) { return clay[i].x; });
+        const bool moved = !same(state.config.walls, walls);
+        if (moved) state.sliding.clear();  // along walls that are gone
         parts.splats.set_state(from.splats, from.local);
         s.load(state);
         if (moved) s.set_walls(walls);
-        if (hands) set_hands(*from.document);
         if (parts.set_surface && now->scene->surface_nodes != from.document->scene->surface_nodes)
             parts.set_surface(from.document->scene->surface_nodes);
     } catch (...) {

@@ -132,10 +132,18 @@ SceneState::SceneState(const SimulationConfig& config, const InitialState& conte
             return fmt::format("a particle of object {}, which has no material", p.object);
         });
         ++counts[std::size_t(p.object)];
+        now.cuts = now.cuts || p.label() != 0;
     }
     for (const Tool<double>& tool : now.tools) now.cuts = now.cuts || tool.blade;
+    for (const Gaussian<double>& g : contents.gaussians) now.cuts = now.cuts || g.label() != 0;
     bodies_of(now);
     check_gaussians(contents.gaussians);
+}
+
+SceneState::SceneState(const SavedState& state) : SceneState(state.config, state.contents)
+{
+    const long places = long(bodies_of(now).fields()) * sliding_places(now.lattice.size, now.walls);
+    for (const SlidingNode& n : state.sliding) now.cuts = now.cuts || n.place >= places;
 }
 
 long SceneState::count() const { return std::accumulate(counts.begin(), counts.end(), 0l); }
@@ -210,7 +218,12 @@ void SceneState::fill(std::size_t count, At&& particle)
         require(p.sides <= below, "a particle with an invalid label");
         check_place(p.x);
     }
-    for (std::size_t i = 0; i < count; ++i) ++counts[std::size_t(particle(i).object)];
+    for (std::size_t i = 0; i < count; ++i) {
+        const Particle<double> p = particle(i);
+        ++counts[std::size_t(p.object)];
+        now.cuts = now.cuts || p.label() != 0;
+    }
+    bodies_of(now);
 }
 
 SceneState SceneState::replaced(const SimulationConfig& config, const ClayRows& clay) const
@@ -467,7 +480,7 @@ void check_state(const SavedState& state, const SimulationConfig& of)
     require(state.speed_squared >= 0 && std::isfinite(state.speed_squared) &&
                 state.stiffness >= 0 && std::isfinite(state.stiffness),
             "the state's speed or stiffness is invalid");
-    const SceneState rules(s, state.contents);
+    const SceneState rules(state);
     const int fields = rules.config().cuts ? 3 : bodies_of(rules.config()).fields();
     const long places = long(fields) * sliding_places(s.lattice.size, s.walls);
     for (const SlidingNode& n : state.sliding)

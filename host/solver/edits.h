@@ -22,8 +22,10 @@ std::vector<AddedPiece> pieces_of(Clays clays);
 class SceneState {
   public:
     // Throws std::invalid_argument for a particle without material and for invalid materials or
-    // Gaussians.
+    // Gaussians. Contents with labels make the scene one with cuts (SimulationConfig::cuts).
     SceneState(const SimulationConfig& config, const InitialState& contents);
+    // Likewise if clay slid in a velocity field that only cuts have.
+    explicit SceneState(const SavedState& state);
     explicit SceneState(const Setup& setup) : SceneState(setup, setup) {}
 
     const SimulationConfig& config() const { return now; }
@@ -32,7 +34,8 @@ class SceneState {
     double mass() const;  // of all clay [kg]
 
     // The scene with other contents, and with the materials, gravity, walls and cuts of `config`:
-    // EditableSimulator::replace(). Throws std::invalid_argument for invalid contents.
+    // EditableSimulator::replace(). Labels in the contents make cuts. Throws std::invalid_argument
+    // for invalid contents.
     SceneState replaced(const SimulationConfig& config, const ClayRows& clay) const;
     SceneState replaced(const SimulationConfig& config, const InitialState& contents) const;
     // Whether a scene that differs by such a replacement only has the same configuration and the

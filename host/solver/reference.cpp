@@ -40,6 +40,7 @@ Reference::Reference(const Setup& given)
     if (!given.gaussians.empty()) SceneState{given};
     for (const Binding<float>& b : scene.rig.spheres) bindings.push_back(cast<double>(b));
     for (const Tool<double>& t : scene.tools) blades = blades || t.blade;
+    for (const Particle<double>& p : q) blades = blades || p.label() != 0;
     fields.resize(blades ? 3 : std::size_t(bodies.fields())), sliding.resize(fields.size());
     for (auto& field : fields) field.resize(std::size_t(scene.lattice.node_count()));
     for (auto& field : sliding)

@@ -509,6 +509,14 @@ class RandomSession {
         return to;
     }
 
+    std::string steps_like(const Copy& clay) const
+    {
+        std::string found;
+        for (const auto& [id, step] : reference.steps)
+            if (step.rows && same(clay, step.rows)) found += std::to_string(id) + " ";
+        return found;
+    }
+
     // `to`: the step that the command must lead to; none: it must be refused.
     void restore(const Command& command, std::optional<StepId> to)
     {
@@ -522,7 +530,9 @@ class RandomSession {
         const ReferenceStep& step = reference.steps.at(*to);
         const bool stays = *to != from && same_clay(from, *to);
         EXPECT_TRUE(same(now.copy(), stays ? before.copy() : step.rows))
-            << "step " << *to << " from " << from;
+            << "step " << *to << " from " << from << (stays ? ", of the same clay" : "")
+            << "; it has the clay of: " << steps_like(now.copy())
+            << (same(now.copy(), before.copy()) ? "and that of before" : "");
         EXPECT_TRUE(
             equal(*now.document, *with_hands_and_surface_of(*step.document, *before.document)))
             << "step " << *to << " from " << from;

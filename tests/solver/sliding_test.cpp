@@ -159,6 +159,44 @@ TEST_P(Slides, AndGoesOnFromASavedStateAndASnapshot)
     EXPECT_TRUE(same_bits(play(*solver), play(*fresh)));
 }
 
+// Nobody holds a blade any more, but the clay that was cut slides on, also in a simulator that has
+// not seen a cut.
+TEST_P(Slides, AndGoesOnWhereItWasCut)
+{
+    if (GetParam().device && !GetParam().deterministic) GTEST_SKIP() << "sums in any order";
+    Given s = block("clay", 4, 0.4);
+    s.threads = 2;
+    const Given uncut = s;
+    const double middle = s.walls.min.x + 0.06;
+    for (auto& q : s.particles) q.v = {0.3, 0, 0.1}, q.sides = q.x.x < middle ? above : below;
+    const auto solver = GetParam().make(s);
+    EXPECT_TRUE(solver->config().cuts);
+    const auto play = [](Simulator& of) {
+        for (int f = 0; f < 3; ++f) of.advance({}, 0.005);
+        return of.particles();
+    };
+    play(*solver);
+    const SavedState state = solver->save();
+    const int places = sliding_places(s.lattice.size, s.walls);
+    EXPECT_GT(
+        std::ranges::count_if(state.sliding, [&](const auto& n) { return n.place >= places; }), 10);
+    const Particles first = play(*solver);
+
+    const auto other = GetParam().make(uncut);
+    EXPECT_FALSE(other->config().cuts);
+    SavedState opened = state;
+    opened.config = other->config();
+    other->load(opened);
+    EXPECT_TRUE(other->config().cuts);
+    EXPECT_TRUE(same_bits(play(*other), first));
+
+    // All its labels have faded, but not what it slid in their fields.
+    for (auto& q : opened.contents.particles) q.sides = 0;
+    const auto third = GetParam().make(uncut);
+    third->load(opened);
+    EXPECT_TRUE(third->config().cuts);
+}
+
 TEST_P(Slides, NoStateSlidesWhereNoneCan)
 {
     Given s = block("clay", 4, 0.4);
@@ -167,7 +205,7 @@ TEST_P(Slides, NoStateSlidesWhereNoneCan)
     const int places = sliding_places(s.lattice.size, s.walls);
     const float nan = std::nanf("");
     for (const SlidingNode& bad : std::vector<SlidingNode>{{-1, 1, 0.01f, 0},
-                                                           {places, 1, 0.01f, 0},
+                                                           {3 * places, 1, 0.01f, 0},
                                                            {0, -1, 0.01f, 0},
                                                            {0, nan, 0.01f, 0},
                                                            {0, 1, 0, 0},

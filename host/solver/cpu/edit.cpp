@@ -437,7 +437,7 @@ void CpuSolver<R>::load(const SavedState& state)
     std::vector<Particle<R>> clay;
     for (int id : state.order) clay.push_back(cast<R>(state.contents.particles[std::size_t(id)]));
     all_or_nothing(std::move(clay), state.order, [&] {
-        book = SceneState(state.config, state.contents);
+        book = SceneState(state);
         splats.clear();
         for (const Gaussian<double>& g : state.contents.gaussians) splats.push_back(cast<R>(g));
         stillness = Stillness<R>(scene.rest, lattice);

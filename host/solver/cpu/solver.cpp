@@ -23,7 +23,7 @@ CpuSolver<R>::CpuSolver(const Setup& given)
       walls(walls_on<R>(given.lattice, given.walls)),
       gravity(cast<R>(given.gravity)),
       threads(given.threads > 0 ? given.threads : loop_threads()),
-      posed(given, lattice),
+      posed(book.config(), lattice),
       stillness(given.rest, lattice)
 {
     for (const Particle<double>& p : given.particles) q.push_back(cast<R>(p));

@@ -288,7 +288,7 @@ void GpuSolver::load(const SavedState& from)
 {
     check_idle();
     check_state(from, config());
-    const SceneState next(from.config, from.contents);
+    const SceneState next(from);
     const Lattice<float> now = store.views().lattice;
     const Lattice<float> box =
         boxed({now.size, now.dx}, from.quiet_low, from.quiet_low + from.quiet_stored);

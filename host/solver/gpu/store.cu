@@ -77,7 +77,7 @@ Store::Store(const Setup& setup, RegionPadding given, int device)
     const SceneState rules(setup);
     const auto n = int(setup.particles.size());
     const Lattice<float> whole{setup.lattice.size, float(setup.lattice.dx)};
-    used = features_of(setup, setup.deterministic);
+    used = features_of(rules.config(), setup.deterministic);
     all.lattice = box_of(setup.particles, whole, room.spare);
     const std::size_t need = row_places(std::size_t(n)) * sizeof(float4) +
                              std::size_t(n) * 2 * sizeof(int) + sort_scratch_bytes(n, whole, used) +
