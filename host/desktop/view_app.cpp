@@ -115,10 +115,7 @@ void ViewApp::frame(double passed, const std::string& screenshot)
     if (input.close_requested()) panel.apply({{Control::quit, 0}, {}, 0}, session);
     if (must_draw(happened)) {
         update_title();
-        if (drawing)
-            for (const ControlEvent& event : drawing->frame(
-                     panel.model(), times, panel_input(passed), window->width(), window->height()))
-                panel.apply(event, session);
+        lay_out_panel(passed, happened);
         for (const std::string& file : input.dropped()) take_file(file);
         const bool any_button =
             input.held(button_left) || input.held(button_right) || input.held(button_middle);
@@ -202,6 +199,18 @@ bool ViewApp::process_input()
         if (float(window->content_scale()) != drawing_scale) open_panel();
     }
     return happened;
+}
+
+void ViewApp::lay_out_panel(double passed, bool happened)
+{
+    if (!drawing) return;
+    const bool busy = options.scripted || options.every_frame || happened ||
+                      window_time < awake_until || drawing->popup_open();
+    if (!refresh.due(panel.model(), busy, *drawing, passed)) return;
+    for (const ControlEvent& event :
+         drawing->frame(panel.model(), times, panel_input(refresh.take_passed()), window->width(),
+                        window->height()))
+        panel.apply(event, session);
 }
 
 // Time to wait for events [s]. While the simulation runs, at most 1/120 s: the hand must be pushed

@@ -17,6 +17,7 @@
 #include "host/ui/nozzle_gesture.h"
 #include "host/ui/panel_controller.h"
 #include "host/ui/panel_drawing.h"
+#include "host/ui/panel_refresh.h"
 #include "host/ui/pick.h"
 #include "host/ui/transform_gesture.h"
 #include "render/coarse_picture.h"
@@ -81,6 +82,7 @@ class ViewApp {
     bool process_input();
     double event_timeout() const;
     bool must_draw(bool happened);
+    void lay_out_panel(double passed, bool happened);
     void update_visibility();
     void follow_history();
     bool clay_changed() const;
@@ -137,6 +139,7 @@ class ViewApp {
     std::unique_ptr<EyePainter> painter;
     std::unique_ptr<CoarsePicture> coarse;
     std::unique_ptr<PanelDrawing> drawing;  // null: a build without panels
+    PanelRefresh refresh;
     float drawing_scale = 0;
     TimeGraph times;
     long timed = 0;  // version of the state whose times were added

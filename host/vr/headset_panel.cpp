@@ -49,7 +49,7 @@ void HeadsetPanel::place(const Workplace& workplace, const Box3<double>& clay,
                          const HandsOptions& hands)
 {
     place_ = main_panel_pose(workplace, control.ui.panel_side, clay, hands, size);
-    restless = 3;
+    refresh.again();
 }
 
 std::vector<ControlEvent> HeadsetPanel::frame(const TimeGraph& times, const PanelSurroundings& of,
@@ -80,22 +80,16 @@ std::vector<ControlEvent> HeadsetPanel::frame(const TimeGraph& times, const Pane
         tips[side] = {hand.joints[index_tip].p, hand.tracked && hand.valid[index_tip]};
     }
     const PanelPointer before = std::exchange(finger, fingers.frame(time, panels, tips));
-    laid_out += period;
-    const bool busy = finger.inside || before.inside || finger.cancelled || drawing->moves();
-    // Times change in every frame: a few times a second are enough.
-    const bool graph = drawing->shows_times() && laid_out > 0.2;
-    if (busy) restless = 3;
-    if (control.model() != drawn) restless = std::max(restless, 2);
-    if (restless == 0 && !graph) return {};
-    restless = std::max(0, restless - 1);
-    drawn = control.model();
+    const bool busy = finger.inside || before.inside || finger.cancelled;
+    if (!refresh.due(control.model(), busy, *drawing, period)) return {};
     PanelInput input;
-    input.seconds = std::exchange(laid_out, 0);
+    input.seconds = refresh.take_passed();
     // Where a press was cancelled no control is released.
     input.pointer = finger.inside, input.x = finger.x, input.y = finger.y;
     input.down[0] = finger.down;
     changed = true;
-    return drawing->frame(drawn, times, input, drawing->picture_width(), drawing->picture_height());
+    return drawing->frame(control.model(), times, input, drawing->picture_width(),
+                          drawing->picture_height());
 }
 
 }  // namespace knead

@@ -5,6 +5,7 @@
 
 #include "host/ui/panel_controller.h"
 #include "host/ui/panel_drawing.h"
+#include "host/ui/panel_refresh.h"
 #include "host/vr/finger_pointer.h"
 #include "host/vr/panel_place.h"
 
@@ -36,7 +37,7 @@ class HeadsetPanel {
     explicit HeadsetPanel(const PanelController& of) : control(of) {}
 
     // Null: no panel; frame() then does nothing.
-    void set_drawing(PanelDrawing* to) { drawing = to, restless = 3; }
+    void set_drawing(PanelDrawing* to) { drawing = to, refresh.again(); }
     bool exists() const { return drawing != nullptr; }
     bool shows_times() const { return drawing && drawing->shows_times(); }
 
@@ -62,10 +63,8 @@ class HeadsetPanel {
     PalmStrip palm[side_count];
     PanelPointer finger;
     std::vector<TouchPanel> panels;
-    PanelModel drawn;
-    int restless = 3;  // frames to lay out even if nothing changes
+    PanelRefresh refresh;
     bool changed = false;
-    double laid_out = 0;  // time since it was laid out [s]
 };
 
 }  // namespace knead
