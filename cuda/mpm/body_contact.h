@@ -19,6 +19,8 @@ namespace knead {
 constexpr int most_colours = 4, most_fields = 1 + most_colours;
 
 // Contact of objects of unlike category.
+constexpr double most_body_friction = 2;
+
 struct BodyContact {
     bool separate = false;  // false: all clay shares one velocity field
     double friction = 0.4;  // Coulomb [1]

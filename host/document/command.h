@@ -120,6 +120,11 @@ struct SetWalls {
     std::optional<ContactMode> contact_mode;
     std::optional<double> friction;
 };
+enum class CategoryContact { weld, separate };
+struct SetContact {
+    std::optional<CategoryContact> categories;
+    std::optional<double> friction;  // Coulomb [1]
+};
 struct SetHand {
     std::optional<bool> present;
     std::optional<std::string> held;
@@ -181,9 +186,9 @@ struct Mark {
 using Command =
     std::variant<AddObject, RemoveObjects, PlaceObject, SetMaterial, SetCategory, Rename, SetFlags,
                  SetColour, CopyObjects, MoveObjects, ResetObjects, ScaleObjects, MergeObjects,
-                 SplitObject, SourceBegin, SourceMove, SourceEnd, SetGravity, SetWalls, SetHands,
-                 SetSurface, SetLattice, Carry, Open, Save, Export, Undo, Redo, GoTo, Reset, Pause,
-                 Advance, Play, Mark>;
+                 SplitObject, SourceBegin, SourceMove, SourceEnd, SetGravity, SetWalls, SetContact,
+                 SetHands, SetSurface, SetLattice, Carry, Open, Save, Export, Undo, Redo, GoTo,
+                 Reset, Pause, Advance, Play, Mark>;
 
 // Whether it is of a nozzle.
 inline bool of_source(const Command& command)

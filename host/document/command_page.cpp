@@ -35,6 +35,7 @@ constexpr std::array examples{
     R"({"frame":91,"source_end":{"name":"rope"}})",
     R"({"frame":60,"set_gravity":{"gravity":[0,-1.62,0]}})",
     R"({"frame":60,"set_walls":{"contact_mode":"separate","friction":0.6}})",
+    R"({"frame":60,"set_contact":{"categories":"separate","friction":0.5}})",
     R"({"frame":60,"set_hands":{"right":{"held":"rod"},"zoom":2.5}})",
     R"({"frame":0,"set_surface":{"nodes":96}})",
     R"({"frame":0,"set_lattice":{"cells":32}})",
@@ -75,6 +76,7 @@ std::string listed(const Names<T>& all)
 std::string type_of(const std::vector<Point2>&) { return "[[x, y], ...]"; }
 std::string type_of(SectionKind) { return listed(section_kinds); }
 std::string type_of(ContactMode) { return listed(contact_modes); }
+std::string type_of(CategoryContact) { return listed(category_contacts); }
 std::string type_of(ExportContent) { return listed(export_contents); }
 std::string type_of(LengthUnit) { return listed(length_units); }
 

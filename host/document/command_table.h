@@ -358,6 +358,21 @@ struct Row<SetWalls> {
         command_field("friction", &SetWalls::friction, "Coulomb coefficient", {0, 10})};
 };
 template <>
+struct Row<SetContact> {
+    static constexpr CommandRow row{
+        "set_contact",
+        "Objects",
+        "Sets whether touching objects of different category weld, or touch with friction and come "
+        "apart again; absent keys are unchanged.",
+        Receiver::document,
+        UndoRule::merge,
+        needs_edits};
+    static constexpr std::tuple fields{
+        command_field("categories", &SetContact::categories, "what touching objects do"),
+        command_field("friction", &SetContact::friction, "Coulomb coefficient of separate objects",
+                      {0, most_body_friction})};
+};
+template <>
 struct Row<SetHand> {
     static constexpr std::tuple fields{
         command_field("present", &SetHand::present, "whether it acts"),

@@ -102,6 +102,11 @@ struct Writer {
         to[f.key] = name_of(contact_modes, mode);
     }
     template <class F>
+    void operator()(const F& f, CategoryContact contact) const
+    {
+        to[f.key] = name_of(category_contacts, contact == CategoryContact::separate);
+    }
+    template <class F>
     void operator()(const F& f, Side side) const
     {
         to[f.key] = name_of(sides, side);
@@ -233,6 +238,12 @@ struct Reader {
     void operator()(const F& f, ContactMode& mode) const
     {
         mode = r.choice(f.key, contact_modes, mode);
+    }
+    template <class F>
+    void operator()(const F& f, CategoryContact& contact) const
+    {
+        contact = CategoryContact(
+            r.choice(f.key, category_contacts, contact == CategoryContact::separate));
     }
     template <class F>
     void operator()(const F& f, Side& side) const

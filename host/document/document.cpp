@@ -108,7 +108,8 @@ bool equal(const SceneSettings& a, const SceneSettings& b)
 {
     return same(a.gravity, b.gravity) && same(a.walls.min, b.walls.min) &&
            same(a.walls.max, b.walls.max) && a.walls.mode == b.walls.mode &&
-           same(a.walls.friction, b.walls.friction) && a.cells == b.cells &&
+           same(a.walls.friction, b.walls.friction) && a.contact.separate == b.contact.separate &&
+           same(a.contact.friction, b.contact.friction) && a.cells == b.cells &&
            a.surface_nodes == b.surface_nodes;
 }
 bool equal(const HandSettings& a, const HandSettings& b)
@@ -188,6 +189,7 @@ Document document_of(const Scene& scene)
     s.gravity = scene.setup.gravity;
     s.walls = scene.setup.walls;
     s.walls.min = s.walls.min + scene.origin, s.walls.max = s.walls.max + scene.origin;
+    s.contact = scene.setup.contact;
     const Int3 cells = scene.stated_cells, nodes = scene.surface.lattice.size;
     s.cells = std::max({cells.x, cells.y, cells.z});
     s.surface_nodes = std::max({nodes.x, nodes.y, nodes.z});
@@ -206,6 +208,7 @@ Scene scene_of(Scene scene, const Document& d)
     for (const auto& o : d.objects) scene.objects.push_back(object_of(*o));
     scene.setup.gravity = d.scene->gravity;
     scene.setup.walls = d.scene->walls;
+    scene.setup.contact = d.scene->contact;
     if (d.scene->surface_nodes != before.scene->surface_nodes) {
         scene.surface_nodes = d.scene->surface_nodes;
         scene.surface.lattice = surface_lattice(scene.setup.lattice, d.scene->surface_nodes);

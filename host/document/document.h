@@ -51,6 +51,7 @@ struct SceneObject {
 struct SceneSettings {
     Vec3<double> gravity{};  // [m/s^2]
     WallOptions walls{};     // in the frame of the scene's file [m]
+    BodyContact contact{};   // of objects of unlike category
     int cells = 0;           // of the lattice, along its longest axis
     int surface_nodes = 0;   // along the longest axis of the surface's lattice
 };

@@ -106,6 +106,11 @@ SceneSettings settings_in(ObjectReader& r)
     SceneSettings s;
     s.gravity = r.vector("gravity", {-most_gravity, most_gravity, "m/s^2"});
     required_object(r, "walls", [&](ObjectReader& in) { s.walls = walls_in(in); });
+    // Older documents have none: their clay welds.
+    r.object("contact", [&](ObjectReader& in) {
+        s.contact.separate = in.choice("categories", category_contacts, s.contact.separate);
+        s.contact.friction = in.number("friction", {0, most_body_friction}, s.contact.friction);
+    });
     s.cells = required_whole(r, "cells", 8, 1024);
     s.surface_nodes = required_whole(r, "surface", fewest_surface_nodes, most_lattice_nodes);
     return s;
@@ -167,6 +172,9 @@ std::string document_text(const Document& d)
         {"objects", std::move(objects)},
         {"gravity", triple(s.gravity)},
         {"walls", json_of(s.walls)},
+        {"contact",
+         {{"categories", name_of(category_contacts, s.contact.separate)},
+          {"friction", s.contact.friction}}},
         {"cells", s.cells},
         {"surface", s.surface_nodes},
         {"hands",

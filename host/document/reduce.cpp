@@ -456,6 +456,14 @@ class Reduction {
         return settled(s);
     }
 
+    DocumentPtr operator()(const SetContact& c)
+    {
+        SceneSettings s = *d.scene;
+        if (c.categories) s.contact.separate = *c.categories == CategoryContact::separate;
+        if (c.friction) s.contact.friction = *c.friction;
+        return settled(s);
+    }
+
     DocumentPtr operator()(const SetHands& c)
     {
         HandSettings h = *d.hands;

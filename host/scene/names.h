@@ -41,6 +41,8 @@ inline const Names<Plasticity> plasticities = {{"none", Plasticity::none},
 inline const Names<ContactMode> contact_modes = {{"sticky", ContactMode::sticky},
                                                  {"slip", ContactMode::slip},
                                                  {"separate", ContactMode::separate}};
+// BodyContact::separate.
+inline const Names<bool> category_contacts = {{"weld", false}, {"separate", true}};
 
 // Throws std::out_of_range for a value that is not in the table.
 template <class T>

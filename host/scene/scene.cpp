@@ -190,9 +190,8 @@ void read_contact(ObjectReader& r, Scene& scene)
     Setup& setup = scene.setup;
     setup.grid_contact = r.flag("grid", true);
     setup.passes = r.whole("passes", 0, 16, Setup{}.passes);
-    setup.contact.separate =
-        r.choice<bool>("categories", {{"weld", false}, {"separate", true}}, false);
-    setup.contact.friction = r.number("friction", {0, 2}, BodyContact{}.friction);
+    setup.contact.separate = r.choice("categories", category_contacts, false);
+    setup.contact.friction = r.number("friction", {0, most_body_friction}, BodyContact{}.friction);
     if (!setup.contact.separate) return;
     std::set<int> categories;
     for (const Object& o : scene.objects) categories.insert(o.category);

@@ -67,6 +67,7 @@ int changes(const Document& from, const Document& to,
             count += parts;
     }
     count += !same(from.scene->walls, to.scene->walls);
+    count += from.scene->contact != to.scene->contact;
     count += !equal(*from.hands, *to.hands);
     return count + (gone > 0) + added;
 }
@@ -285,6 +286,7 @@ void SceneEditor::restore(const HistoryStep& step, const ClayRows& clay)
     config.materials = step.objects->materials;
     const WallOptions walls = walls_of(to);
     config.gravity = to.scene->gravity, config.walls = walls;
+    config.contact = to.scene->contact;
     config.walls = walls_around(
         config, clay.count, [&](std::size_t i) { return cast<double>(particle_at(clay, i).x); });
     const std::shared_ptr<const Snapshot> before = s.snapshot();
@@ -332,6 +334,7 @@ void SceneEditor::load(const StoredState& from)
         state.config = s.config();
         state.config.materials = from.numbers.materials;
         state.config.gravity = from.document->scene->gravity;
+        state.config.contact = from.document->scene->contact;
         const WallOptions walls = walls_of(*from.document);
         state.config.walls = walls;
         const std::vector<Particle<double>>& clay = state.contents.particles;
@@ -445,6 +448,10 @@ void SceneEditor::synchronise(const DocumentPtr& to, PreparedObject* ready)
 void SceneEditor::make(const Document& to, NewClay& added)
 {
     EditableSimulator* const s = parts.simulator;
+    const SceneSettings &was = *now->scene, &is = *to.scene;
+    // What all clay permits first, what only some permits last.
+    const bool touches = was.contact != is.contact;
+    if (touches && !is.contact.separate) s->set_contact(is.contact);
     bool clay = false;
     std::vector<int> gone;
     for (const auto& o : now->objects)
@@ -486,7 +493,6 @@ void SceneEditor::make(const Document& to, NewClay& added)
                 parts.splats.set_material(number, material, *s);
         }
     }
-    const SceneSettings &was = *now->scene, &is = *to.scene;
     const Vec3<double> gravity = gravity_of(to);
     if (!equal(gravity_of(*now), gravity)) s->set_gravity(gravity);
     if (!same(was.walls, is.walls)) s->set_walls(walls_of(to));
@@ -496,9 +502,10 @@ void SceneEditor::make(const Document& to, NewClay& added)
         parts.set_hands(hands_with(parts.scene.hands, *of.hands, parts.scene.origin));
     };
     if (hands) set_hands(to);
-    if (was.surface_nodes == is.surface_nodes || !parts.set_surface) return;
     try {
-        parts.set_surface(is.surface_nodes);
+        if (touches && is.contact.separate) s->set_contact(is.contact);
+        if (was.surface_nodes != is.surface_nodes && parts.set_surface)
+            parts.set_surface(is.surface_nodes);
     } catch (...) {
         if (hands) set_hands(*now);
         throw;

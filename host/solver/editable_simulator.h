@@ -92,6 +92,8 @@ class EditableSimulator : public Simulator {
     virtual void set_gravity(Vec3<double> gravity) = 0;  // [m/s^2]
     // The next substep projects clay behind a wall onto it.
     virtual void set_walls(const WallOptions& walls) = 0;
+    // Contact of objects of unlike category.
+    virtual void set_contact(const BodyContact& contact) = 0;
     // Replaces all tools. Later motions are of this rig.
     virtual void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) = 0;
     // Adds undeformed Gaussians at these places [m]. They follow the object's clay and are moved
@@ -104,10 +106,11 @@ class EditableSimulator : public Simulator {
     // split, in order, then `added`, then `placed`. The caller restores spatial order where it
     // needs it.
     virtual void edit_gaussians(const GaussianEdits& edits) = 0;
-    // Replaces clay, Gaussians, materials, gravity and walls. Afterwards the simulator gives the
-    // same bits as one constructed from config(), with these particles in order of id. The tools
-    // stay, and the other options must equal this simulator's. `config.cuts` applies, except that
-    // it stays true while a tool is a blade. The clay of ClayRows is at rest: v = C = 0.
+    // Replaces clay, Gaussians, materials, gravity, walls and contact of bodies. Afterwards the
+    // simulator gives the same bits as one constructed from config(), with these particles in order
+    // of id. The tools stay, and the other options must equal this simulator's. `config.cuts`
+    // applies, except that it stays true while a tool is a blade. The clay of ClayRows is at rest:
+    // v = C = 0.
     virtual void replace(const SimulationConfig& config, const ClayRows& clay) = 0;
     virtual void replace(const SimulationConfig& config, const InitialState& contents) = 0;
     // As edited. The material of a removed object is all zero.

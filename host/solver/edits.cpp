@@ -169,7 +169,8 @@ std::vector<AddedPiece> pieces_of(Clays clays)
     return pieces;
 }
 
-// The scene without clay, and with the materials, gravity, walls and cuts of `config`.
+// The scene without clay, and with the materials, gravity, walls, contact of bodies and
+// cuts of `config`.
 SceneState SceneState::emptied(const SimulationConfig& config) const
 {
     const auto step = [](const StepOptions& s) {
@@ -181,8 +182,7 @@ SceneState SceneState::emptied(const SimulationConfig& config) const
     require(config.lattice.size == now.lattice.size && config.lattice.dx == now.lattice.dx,
             "the scene has another lattice than the simulator");
     require(step(config.step) == step(now.step) && rest(config.rest) == rest(now.rest) &&
-                config.grid_contact == now.grid_contact && config.passes == now.passes &&
-                config.contact == now.contact,
+                config.grid_contact == now.grid_contact && config.passes == now.passes,
             "the scene has other options of substeps, rest or contact than the simulator");
     SceneState next = *this;
     for (const Material<double>& m : config.materials) {
@@ -195,6 +195,7 @@ SceneState SceneState::emptied(const SimulationConfig& config) const
     next.counts.assign(config.materials.size(), 0);
     next.set_gravity(config.gravity);
     next.set_walls(config.walls);
+    next.now.contact = config.contact;
     next.now.cuts = config.cuts;
     for (const Tool<double>& tool : now.tools) next.now.cuts = next.now.cuts || tool.blade;
     bodies_of(next.now);
@@ -260,8 +261,9 @@ bool SceneState::same_rules(const SceneState& replacement) const
     };
     const WallOptions &a = now.walls, &b = next.walls;
     return counts == replacement.counts && now.materials == next.materials &&
-           now.cuts == next.cuts && same(now.gravity, next.gravity) && same(a.min, b.min) &&
-           same(a.max, b.max) && a.mode == b.mode && a.friction == b.friction;
+           now.contact == next.contact && now.cuts == next.cuts &&
+           same(now.gravity, next.gravity) && same(a.min, b.min) && same(a.max, b.max) &&
+           a.mode == b.mode && a.friction == b.friction;
 }
 
 // Throws std::invalid_argument if bodies would be impossible after a change of the configuration.
@@ -355,6 +357,17 @@ void SceneState::set_walls(const WallOptions& walls)
     require(has_room(now.lattice, walls),
             "the walls need 2 nodes of the lattice beyond each, and room between them");
     now.walls = walls;
+}
+
+void SceneState::set_contact(const BodyContact& contact)
+{
+    require(contact.friction >= 0 && contact.friction <= most_body_friction, [] {
+        return fmt::format("friction of bodies: expected 0 to {:g}", most_body_friction);
+    });
+    SimulationConfig next = now;
+    next.contact = contact;
+    bodies_of(next);
+    now.contact = contact;
 }
 
 void check_rig(const Rig& rig, const std::vector<Tool<double>>& tools)

@@ -33,7 +33,8 @@ class SceneState {
     long count() const;
     double mass() const;  // of all clay [kg]
 
-    // The scene with other contents, and with the materials, gravity, walls and cuts of `config`:
+    // The scene with other contents, and with the materials, gravity, walls, contact of
+    // bodies and cuts of `config`:
     // EditableSimulator::replace(). Labels in the contents make cuts. Throws std::invalid_argument
     // for invalid contents.
     SceneState replaced(const SimulationConfig& config, const ClayRows& clay) const;
@@ -51,6 +52,7 @@ class SceneState {
     Plasticity set_material(int object, const Material<double>& material);
     void set_gravity(Vec3<double> gravity);
     void set_walls(const WallOptions& walls);
+    void set_contact(const BodyContact& contact);
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools);
     void check_attach(int object, const std::vector<Vec3<double>>& places) const;
     template <class R>

@@ -71,6 +71,8 @@ enum class Control {
     reset,
     recorded,
     gravity,
+    contact,
+    contact_friction,
     cells,
     surface,
     frame_view,

@@ -276,6 +276,9 @@ void add_scene(Builder& to, const LiveState& state, const UiState& ui)
     const SceneSettings& scene = *ui.document->scene;
     to.number(Control::gravity, 0.0 - scene.gravity.y, gravity_slider,
               std::get<0>(Row<SetGravity>::fields).range.unit);
+    to.choice(Control::contact, scene.contact.separate, {"weld", "are separate"});
+    if (scene.contact.separate)
+        to.number(Control::contact_friction, scene.contact.friction, {0, 1}, "");
     to.whole(Control::cells, scene.cells, cells_range);
     to.whole(Control::surface, scene.surface_nodes, surface_range);
 }
@@ -610,6 +613,14 @@ std::vector<Command> commands_for(const LiveState& state, const UiState& ui,
         case Control::gravity:
             if (const double* const value = value_of<double>(event))
                 return {SetGravity{{0, 0.0 - *value, 0}}};
+            return {};
+        case Control::contact:
+            if (const int* const value = value_of<int>(event))
+                return {SetContact{CategoryContact(std::clamp(*value, 0, 1)), {}}};
+            return {};
+        case Control::contact_friction:
+            if (const double* const value = value_of<double>(event))
+                return {SetContact{{}, *value}};
             return {};
         case Control::cells:
             if (const int* const value = value_of<int>(event)) return {SetLattice{*value}};

@@ -403,6 +403,11 @@ struct RandomFields {
         section = r.of(section_kinds).second;
     }
     template <class F>
+    void operator()(const F&, CategoryContact& contact) const
+    {
+        contact = CategoryContact(r.below(2));
+    }
+    template <class F>
     void operator()(const F&, ContactMode& mode) const
     {
         mode = r.of(contact_modes).second;

@@ -501,6 +501,10 @@ TEST_F(Refusals, OfSettings)
     refused(SetWalls{{}, Vec3<double>{1, 1, 1001}, {}, {}}, "max", "found 1001");
     refused(SetWalls{{}, {}, {}, -0.1}, "friction", "found -0.1");
     EXPECT_EQ(taken(SetWalls{{}, {}, ContactMode::slip, {}})->scene->walls.mode, ContactMode::slip);
+    refused(SetContact{{}, 2.1}, "friction", "found 2.1");
+    EXPECT_TRUE(taken(SetContact{CategoryContact::separate, {}})->scene->contact.separate);
+    EXPECT_EQ(taken(SetContact{{}, 0.9})->scene->contact.friction, 0.9);
+    EXPECT_EQ(taken(SetContact{CategoryContact::weld, 0.4}), d);
     refused(SetHands{{{}, "spoon"}, {}, {}, {}}, "left", "there is no tool \"spoon\"");
     refused(SetHands{{}, {{}, "knive"}, {}, {}}, "right", "the nearest is \"knife\"");
     refused(SetHands{{}, {}, 0.0, {}}, "zoom", "found 0");

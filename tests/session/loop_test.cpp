@@ -20,6 +20,7 @@ class Unedited : public EditableSimulator {
     void move(int, const RigidMotion<double>&) override { refuse(); }
     void set_gravity(Vec3<double>) override { refuse(); }
     void set_walls(const WallOptions&) override { refuse(); }
+    void set_contact(const BodyContact&) override { refuse(); }
     void set_tools(const Rig&, const std::vector<Tool<double>>&) override { refuse(); }
     void attach(int, const std::vector<Vec3<double>>&) override { refuse(); }
     void set_gaussians(const std::vector<Gaussian<double>>&) override { refuse(); }

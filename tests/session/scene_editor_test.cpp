@@ -41,6 +41,7 @@ class FailingEdits : public EditableSimulator {
     }
     void set_gravity(Vec3<double> g) override { count(), inner->set_gravity(g); }
     void set_walls(const WallOptions& walls) override { count(), inner->set_walls(walls); }
+    void set_contact(const BodyContact& contact) override { count(), inner->set_contact(contact); }
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override
     {
         count(), inner->set_tools(rig, tools);

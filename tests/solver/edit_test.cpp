@@ -167,6 +167,37 @@ TEST_P(Edit, GravityWallsAndToolsAreAsIfTheyHadBeenSo)
         });
 }
 
+// Two balls that touch; of the same category they would stay welded.
+TEST_P(Edit, ContactOfBodiesIsAsIfItHadBeenSo)
+{
+    const auto category = [](Material<double> m, int c) { return m.category = c, m; };
+    const RigidMotion<double> to_the_other{{1, 0, 0, 0}, {-0.07, 0.02, 0}};
+    const BodyContact contact{true, 0.7};
+    const auto before = [&](const Scene& s) {
+        auto solver = make(s);
+        solver->set_material(1, category(snow(dx), 1));
+        solver->move(1, to_the_other);
+        return solver;
+    };
+    const auto one = before(two_balls()), other = before(two_balls());
+    play(*one, 0, 2), play(*other, 0, 2);
+    Scene scene = anew(*one);
+    scene.contact = contact;
+    one->set_contact(contact);
+    EXPECT_EQ(one->config().contact, contact);
+    const auto fresh = make(scene);
+    play(*one, 2, 3), play(*fresh, 2, 3), play(*other, 2, 3);
+    EXPECT_TRUE(same_bits(one->particles(), fresh->particles()));
+    EXPECT_FALSE(same_bits(one->particles(), other->particles()));
+    EXPECT_THROW(one->set_contact({true, -0.1}), std::invalid_argument);
+    EXPECT_THROW(one->set_contact({true, std::nan("")}), std::invalid_argument);
+    EXPECT_EQ(one->config().contact, contact);
+    one->set_contact({});
+    const auto welded = make(anew(*one));
+    play(*one, 5, 2), play(*welded, 5, 2);
+    EXPECT_TRUE(same_bits(one->particles(), welded->particles()));
+}
+
 TEST_P(Edit, ToolsMayGoAndBladesMayCome)
 {
     Scene blade = ball(nodes);

@@ -92,6 +92,10 @@ std::vector<Named> edits()
              slip.mode = ContactMode::slip;
              of.set_walls(slip);
          }},
+        {"SetContact",
+         [](EditableSimulator& of) {
+             of.set_contact({true, 0.5});
+         }},
         {"SetTools", [rig = s.rig, blades](EditableSimulator& of) { of.set_tools(rig, blades); }},
         {"Attach",
          [at = s.particles[0].x](EditableSimulator& of) {

@@ -260,6 +260,16 @@ void CpuSolver<R>::set_walls(const WallOptions& to)
 }
 
 template <class R>
+void CpuSolver<R>::set_contact(const BodyContact& to)
+{
+    edit_by_id([&] {
+        book.set_contact(to);
+        for (const Particle<R>& p : q) wake(p);
+        apply_config();
+    });
+}
+
+template <class R>
 void CpuSolver<R>::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
 {
     edit_by_id([&] {

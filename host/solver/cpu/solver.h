@@ -100,6 +100,7 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     void edit_gaussians(const GaussianEdits& edits) override;
     void set_gravity(Vec3<double> to) override;
     void set_walls(const WallOptions& to) override;
+    void set_contact(const BodyContact& to) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
     const SimulationConfig& config() const override { return book.config(); }
     std::shared_ptr<const Snapshot> snapshot() const override;

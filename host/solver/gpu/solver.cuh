@@ -35,6 +35,7 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     void edit_gaussians(const GaussianEdits& edits) override;
     void set_gravity(Vec3<double> gravity) override;
     void set_walls(const WallOptions& walls) override;
+    void set_contact(const BodyContact& contact) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
     const SimulationConfig& config() const override { return book->config(); }
     std::shared_ptr<const Snapshot> snapshot() const override;

@@ -202,6 +202,16 @@ void GpuSolver::set_walls(const WallOptions& walls)
     edited();
 }
 
+void GpuSolver::set_contact(const BodyContact& contact)
+{
+    check_idle();
+    SceneState next = *book;
+    next.set_contact(contact);
+    adopt(next);
+    wake(every_object);
+    edited();
+}
+
 void GpuSolver::set_tools(const Rig& rig, const std::vector<Tool<double>>& tools)
 {
     check_idle();
