@@ -7,23 +7,50 @@
 namespace knead::xr {
 namespace {
 
-// Interaction profiles: component paths of trigger, grasp and haptic output; "": none.
+// Interaction profiles: component paths of trigger, grasp, haptic output, and of the two buttons of
+// the left and the right hand; "": none.
 struct Profile {
     const char *name, *trigger, *grasp, *motor;
+    const char *lower[side_count], *upper[side_count];
 };
 constexpr const char* motor = "output/haptic";
 constexpr Profile profiles[] = {
-    {"/interaction_profiles/khr/simple_controller", "input/select/click", "", motor},
-    {"/interaction_profiles/oculus/touch_controller", "input/trigger/value", "input/squeeze/value",
-     motor},
-    {"/interaction_profiles/valve/index_controller", "input/trigger/value", "input/squeeze/value",
-     motor},
-    {"/interaction_profiles/htc/vive_controller", "input/trigger/value", "input/squeeze/click",
-     motor},
-    {"/interaction_profiles/microsoft/motion_controller", "input/trigger/value",
-     "input/squeeze/click", motor},
-    {"/interaction_profiles/ext/hand_interaction_ext", "input/pinch_ext/value",
-     "input/grasp_ext/value", ""},
+    {"/interaction_profiles/khr/simple_controller",
+     "input/select/click",
+     "",
+     motor,
+     {"input/menu/click", "input/menu/click"},
+     {"", ""}},
+    {"/interaction_profiles/oculus/touch_controller",
+     "input/trigger/value",
+     "input/squeeze/value",
+     motor,
+     {"input/x/click", "input/a/click"},
+     {"input/y/click", "input/b/click"}},
+    {"/interaction_profiles/valve/index_controller",
+     "input/trigger/value",
+     "input/squeeze/value",
+     motor,
+     {"input/a/click", "input/a/click"},
+     {"input/b/click", "input/b/click"}},
+    {"/interaction_profiles/htc/vive_controller",
+     "input/trigger/value",
+     "input/squeeze/click",
+     motor,
+     {"input/menu/click", "input/menu/click"},
+     {"input/trackpad/click", "input/trackpad/click"}},
+    {"/interaction_profiles/microsoft/motion_controller",
+     "input/trigger/value",
+     "input/squeeze/click",
+     motor,
+     {"input/menu/click", "input/menu/click"},
+     {"input/trackpad/click", "input/trackpad/click"}},
+    {"/interaction_profiles/ext/hand_interaction_ext",
+     "input/pinch_ext/value",
+     "input/grasp_ext/value",
+     "",
+     {"", ""},
+     {"", ""}},
 };
 constexpr const char* sides[side_count] = {"/user/hand/left", "/user/hand/right"};
 constexpr XrDuration buzz_time = 20'000'000;  // [ns]
@@ -57,8 +84,11 @@ Actions::Actions(Instance& of, XrSession in) : instance(of), session(in)
     instance.api.create_action_set(instance.api.instance, &about, &set);
     try {
         grip = action(XR_ACTION_TYPE_POSE_INPUT, "grip", "Hand");
+        aim = action(XR_ACTION_TYPE_POSE_INPUT, "aim", "Point");
         trigger = action(XR_ACTION_TYPE_FLOAT_INPUT, "pinch", "Pinch");
         grasp = action(XR_ACTION_TYPE_FLOAT_INPUT, "grasp", "Grasp");
+        lower = action(XR_ACTION_TYPE_FLOAT_INPUT, "lower", "Undo; choose and move");
+        upper = action(XR_ACTION_TYPE_FLOAT_INPUT, "upper", "Redo; lay clay");
         buzz = action(XR_ACTION_TYPE_VIBRATION_OUTPUT, "touch", "Touch");
         suggest();
         auto attach = typed<XrSessionActionSetsAttachInfo>(XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO);
@@ -66,11 +96,13 @@ Actions::Actions(Instance& of, XrSession in) : instance(of), session(in)
         attach.actionSets = &set;
         instance.api.attach_action_sets(session, &attach);
         for (int side = 0; side < side_count; ++side) {
-            auto of_grip = typed<XrActionSpaceCreateInfo>(XR_TYPE_ACTION_SPACE_CREATE_INFO);
-            of_grip.action = grip;
-            of_grip.subactionPath = hand[side];
-            of_grip.poseInActionSpace.orientation.w = 1;
-            instance.api.create_action_space(session, &of_grip, &space[side]);
+            auto pose_of = typed<XrActionSpaceCreateInfo>(XR_TYPE_ACTION_SPACE_CREATE_INFO);
+            pose_of.action = grip;
+            pose_of.subactionPath = hand[side];
+            pose_of.poseInActionSpace.orientation.w = 1;
+            instance.api.create_action_space(session, &pose_of, &grips[side]);
+            pose_of.action = aim;
+            instance.api.create_action_space(session, &pose_of, &aims[side]);
         }
     } catch (...) {
         instance.api.destroy_action_set.raw(set);
@@ -80,8 +112,9 @@ Actions::Actions(Instance& of, XrSession in) : instance(of), session(in)
 
 Actions::~Actions()
 {
-    for (const XrSpace one : space)
-        if (one) instance.api.destroy_space.raw(one);
+    for (const auto& spaces : {grips, aims})
+        for (int side = 0; side < side_count; ++side)
+            if (spaces[side]) instance.api.destroy_space.raw(spaces[side]);
     instance.api.destroy_action_set.raw(set);
 }
 
@@ -92,12 +125,16 @@ void Actions::suggest()
         const bool of_hands = profile.motor[0] == 0;
         if (of_hands && !instance.has[hand_interaction]) continue;
         std::vector<XrActionSuggestedBinding> all;
-        for (const char* side : sides) {
+        for (int side = 0; side < side_count; ++side) {
             const auto bind = [&](XrAction to, const char* what) {
                 if (*what)
-                    all.push_back({to, instance.path((std::string(side) + "/" + what).c_str())});
+                    all.push_back(
+                        {to, instance.path((std::string(sides[side]) + "/" + what).c_str())});
             };
             bind(grip, "input/grip/pose");
+            bind(aim, "input/aim/pose");
+            bind(lower, profile.lower[side]);
+            bind(upper, profile.upper[side]);
             bind(trigger, profile.trigger);
             bind(grasp, profile.grasp);
             bind(buzz, profile.motor);
@@ -131,24 +168,35 @@ float Actions::value(XrAction of, Side side)
     return state.isActive ? state.currentState : 0;
 }
 
-HeldButtons Actions::held(Side side, XrSpace base, XrTime time)
+std::optional<Joint<float>> Actions::pose(XrAction of, const XrSpace (&spaces)[side_count],
+                                          Side side, XrSpace base, XrTime time)
 {
-    HeldButtons all;
     auto about = typed<XrActionStateGetInfo>(XR_TYPE_ACTION_STATE_GET_INFO);
-    about.action = grip;
+    about.action = of;
     about.subactionPath = hand[side];
     auto state = typed<XrActionStatePose>(XR_TYPE_ACTION_STATE_POSE);
     instance.api.pose_state(session, &about, &state);
-    if (!state.isActive) return all;
+    if (!state.isActive) return {};
     auto at = typed<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
-    instance.api.locate_space(space[side], base, time, &at);
+    instance.api.locate_space(spaces[side], base, time, &at);
     constexpr XrSpaceLocationFlags both =
         XR_SPACE_LOCATION_POSITION_VALID_BIT | XR_SPACE_LOCATION_ORIENTATION_VALID_BIT;
-    if ((at.locationFlags & both) != both) return all;
+    if ((at.locationFlags & both) != both) return {};
+    return joint_of(at.pose);
+}
+
+HeldButtons Actions::held(Side side, XrSpace base, XrTime time)
+{
+    HeldButtons all;
+    const auto at = pose(grip, grips, side, base, time);
+    if (!at) return all;
     all.active = true;
-    all.grip = joint_of(at.pose);
+    all.grip = *at;
+    all.aim = pose(aim, aims, side, base, time);
     all.trigger = value(trigger, side);
     all.grasp = value(grasp, side);
+    all.lower = value(lower, side) > 0.5f;
+    all.upper = value(upper, side) > 0.5f;
     return all;
 }
 

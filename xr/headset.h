@@ -20,6 +20,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -97,6 +98,9 @@ struct TrackedHand {
     HandFrom from = HandFrom::nothing;
     float pinch = 0, grasp = 0;  // 0 open to 1 closed, from a controller or hand interaction
     bool holds = false;          // the grip pose is active
+    // Buttons of a controller, the lower one (A, X, menu) and the upper one (B, Y, trackpad).
+    bool lower = false, upper = false;
+    std::optional<Joint<float>> aim;  // of the runtime: it points along -z
 };
 
 struct HeadsetViews {

@@ -198,6 +198,7 @@ TrackedHand Session::hand(Side side, XrTime time)
     const HeldButtons held = actions->held(side, origin, time);
     found.pinch = held.trigger, found.grasp = held.grasp;
     found.holds = held.active;
+    found.lower = held.lower, found.upper = held.upper, found.aim = held.aim;
     if (!found.hand.tracked && held.active) {
         found.hand = hand_around(side, held.grip, held.trigger, held.grasp);
         found.from = HandFrom::posed;

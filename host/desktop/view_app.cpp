@@ -415,8 +415,8 @@ void ViewApp::click(float x, float y, bool several)
     const int covered = drawing ? drawing->covered() : 0;
     const Vec3<double> ray =
         cast<double>(camera.ray(x, y, window->width(), window->height(), covered));
-    places = session.object_places(), places_at = window_time;
-    const auto hit = pick(*state, cast<double>(camera.eye()), ray, places.get());
+    watch.find(session, window_time);
+    const auto hit = pick(*state, cast<double>(camera.eye()), ray, watch.places.get());
     if (!hit && several) return;
     const ObjectId object = hit ? hit->object : ObjectId{};
     const bool chosen = std::ranges::count(selection(panel.ui), object) > 0;
@@ -435,44 +435,15 @@ bool ViewApp::shows_chosen() const
     return state->document->objects.size() > 1 || window_time < glow_until;
 }
 
-// Keeps `places` up to date while they are shown: after each change of the document, and while the
-// clay moves at most four times a second, for at most a fiftieth of the time. In clay so large that
-// the search would delay a frame, only after changes.
 void ViewApp::follow_places()
 {
-    const auto found = session.latest_object_places();
-    if (found && found->history == history && found != places) places = found;
     const bool coloured_now =
         state->document && std::ranges::any_of(state->document->objects,
                                                [](const auto& o) { return bool(o->colour); });
     const bool shown_now =
         (shows_chosen() && panel.ui.chosen.value) || hovered.value || coloured_now;
-    const bool other = state->document != places_of || !places || places->history != history;
-    if (shown_now && (other || places->frame != state->frame.number)) {
-        constexpr double short_delay = 0.004;  // [s]
-        const double took = options.scripted || !places ? 0 : places->took;
-        const bool delays = took > std::max(short_delay, state->frame.times.solver / 4);
-        if (other || (!delays && window_time >= places_at + std::max(0.25, 50 * took))) {
-            places_at = window_time, places_of = state->document;
-            if (options.scripted)
-                places = session.object_places();
-            else
-                session.request_object_places();
-        }
-    }
-    std::erase_if(boxes, [&](const auto& one) { return !places || !places->find(one.first); });
-    const double seen = 5e-4 * camera.distance();
-    for (std::size_t i = 0; places && i < places->all.size(); ++i) {
-        const ObjectPlace& one = places->all[i];
-        const double wider = one.spacing;  // the surface is around the particles
-        const Vec3<double> beside{wider, wider, wider};
-        const Box3<double> to{one.box.low - beside, one.box.high + beside};
-        Box3<double>& box = boxes.try_emplace(one.object, to).first->second;
-        const Vec3<double> a = to.low - box.low, b = to.high - box.high;
-        if (std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y),
-                      std::abs(b.z)}) > seen)
-            box = to;
-    }
+    watch.follow(*state, session, shown_now, options.scripted, window_time,
+                 5e-4 * camera.distance());
 }
 
 // Finds the object below the pointer. `free`: the pointer is over the picture, with no button down.
@@ -598,7 +569,7 @@ void ViewApp::find_surface(Vec3<double> eye, Vec3<double> ray)
     const bool moved = length(eye - sought_from) > 0 || length(ray - sought_along) > 0;
     if (!moved && (state->version == sought_in || window_time < sought_at + often)) return;
     sought_from = eye, sought_along = ray, sought_in = state->version, sought_at = window_time;
-    below = pick(*state, eye, ray, places.get());
+    below = pick(*state, eye, ray, watch.places.get());
 }
 
 // Pushes hands, and with a script advances the simulation to this frame's time.

@@ -2,7 +2,6 @@
 // with panels.
 #pragma once
 #include <future>
-#include <map>
 #include <memory>
 #include <string>
 
@@ -14,11 +13,13 @@
 #include "host/picture/live_look.h"
 #include "host/picture/splat_layer.h"
 #include "host/ui/live_results.h"
+#include "host/ui/moved_objects.h"
 #include "host/ui/nozzle_gesture.h"
 #include "host/ui/panel_controller.h"
 #include "host/ui/panel_drawing.h"
 #include "host/ui/panel_refresh.h"
 #include "host/ui/pick.h"
+#include "host/ui/place_watch.h"
 #include "host/ui/transform_gesture.h"
 #include "render/coarse_picture.h"
 #include "render/view/losses.h"
@@ -74,10 +75,6 @@ class ViewApp {
     PanelController panel;
 
   private:
-    struct Preview {
-        Mesh mesh;              // as it was when the gesture began
-        Vec3<double> centre{};  // of mass, of its object
-    };
     LiveOptions live_options();
     bool process_input();
     double event_timeout() const;
@@ -153,18 +150,14 @@ class ViewApp {
     OrbitCamera camera;
     PointerHand pointer;
     HandFrame tracked;
-    std::shared_ptr<const ObjectPlaces> places;  // null: none were found yet
-    double places_at = -1e9;                     // window time when they were requested [s]
-    DocumentPtr places_of;                       // document then
-    std::map<ObjectId, Box3<double>> boxes;      // drawn around objects: changed where it is seen
-    std::optional<NozzleGesture> nozzle;         // laying clay
-    std::optional<TransformGesture> gesture;     // under way
-    std::vector<Preview> preview;                // its objects when it began
-    PartedMeshes around_gesture;                 // other surfaces then
-    bool buttons_ignored = false;                // those that ended a gesture, while they are down
-    ClayColours colours;                         // of the clay that is drawn,
-    long coloured = -1;                          // of this version of it,
-    DocumentPtr colours_of;                      // this document,
+    PlaceWatch watch;
+    std::optional<NozzleGesture> nozzle;      // laying clay
+    std::optional<TransformGesture> gesture;  // under way
+    ObjectPreviews preview;                   // surfaces when it began
+    bool buttons_ignored = false;             // those that ended a gesture, while they are down
+    ClayColours colours;                      // of the clay that is drawn,
+    long coloured = -1;                       // of this version of it,
+    DocumentPtr colours_of;                   // this document,
     std::shared_ptr<const ObjectPlaces> colours_at;  // and these places
     ObjectId hovered;                                // below the pointer, without a hand; 0: none
     std::optional<Picked> below;  // the pointer, found from here, along this ray [m]

@@ -144,10 +144,10 @@ void ViewApp::draw()
 void ViewApp::follow_colours()
 {
     const long version = clay_version(*state);
-    if (version == coloured && state->document == colours_of && places == colours_at) return;
-    coloured = version, colours_of = state->document, colours_at = places;
-    const bool known = places && places->history == history;
-    colours = clay_colours(*state, known ? places.get() : nullptr);
+    if (version == coloured && state->document == colours_of && watch.places == colours_at) return;
+    coloured = version, colours_of = state->document, colours_at = watch.places;
+    const bool known = watch.places && watch.places->history == history;
+    colours = clay_colours(*state, known ? watch.places.get() : nullptr);
 }
 
 // Around the chosen objects, and the one below the pointer.
@@ -157,9 +157,9 @@ std::vector<HandLook> ViewApp::outlines() const
     const double thick = 0.003 * camera.distance();
     const auto add = [&](ObjectId object, Vec3<float> colour) {
         const SceneObject* const o = state->document ? state->document->find(object) : nullptr;
-        const auto box = boxes.find(object);
-        if (!o || o->hidden || box == boxes.end()) return;
-        all.push_back(mark_look(box_corners(box->second, thick), colour));
+        const Box3<double>* const box = watch.box(object);
+        if (!o || o->hidden || !box) return;
+        all.push_back(mark_look(box_corners(*box, thick), colour));
     };
     const std::vector<ObjectId> chosen = selection(panel.ui);
     if (shows_chosen())

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "host/desktop/view_app.h"
-#include "host/document/reduce.h"
 #include "host/picture/outline.h"
 #include "host/ui/panel_commands.h"
 #include "host/ui/session_line.h"
@@ -25,13 +24,10 @@ void ViewApp::begin_transform(TransformKind kind)
     if (nozzle) return;  // clay is being laid
     if (panel.ui.mouse_hand) return panel.note("The mouse leads a hand: H lets go of it.");
     if (chosen.empty()) return panel.note("No object is chosen: click on one.");
-    const std::vector<ObjectRef> refs(chosen.begin(), chosen.end());
-    const Command moves = MoveObjects{refs, Vec3<double>{1e-3, 0, 0}, {}, {}};
-    if (const std::string why = why_not(moves, *state); !why.empty()) return panel.note(why);
-    IdSource unused;
-    const auto result = reduce(panel.ui.document, moves, unused);
-    if (const Refusal* refusal = std::get_if<Refusal>(&result)) return panel.note(refusal->text());
-    places = session.object_places(), places_at = window_time;
+    if (const std::string why = why_not_moved(*state, panel.ui.document, chosen); !why.empty())
+        return panel.note(why);
+    watch.find(session, window_time);
+    const auto& places = watch.places;
     const CommonPlace common = common_place(*places, chosen);
     if (!common.any()) return panel.note("The chosen object has no clay.");
     gesture.emplace(kind, chosen, common.centre, transform_view());
@@ -40,20 +36,8 @@ void ViewApp::begin_transform(TransformKind kind)
         if (const ObjectPlace* const one = places->find(id))
             some.insert(some.end(), one->some.begin(), one->some.end());
     gesture->set_clay(std::move(some), common.spacing);
-    const Meshes meshes = meshes_of(*state);
-    around_gesture = parted(*meshes, *state->document, *places, chosen);
-    for (const ObjectId id : chosen) {
-        const ObjectPlace* const one = places->find(id);
-        if (!one) continue;
-        std::vector<Mesh> own;
-        if (chosen.size() == 1)
-            own = std::exchange(around_gesture.some, {});
-        else
-            own = parted(around_gesture.some, *state->document, *places, {id}).some;
-        // The object of splats has no surface; the box is seen around a preview inside the clay.
-        own.push_back(box_corners({one->box.low, one->box.high}, 0.003 * camera.distance()));
-        for (Mesh& mesh : own) preview.push_back({std::move(mesh), one->centre});
-    }
+    preview = object_previews(*meshes_of(*state), *state->document, *places, chosen,
+                              0.003 * camera.distance());
     below.reset(), hovered = {};
     pressing = false;
 }
@@ -61,7 +45,7 @@ void ViewApp::begin_transform(TransformKind kind)
 // The clay of other objects below the pointer, as it was when the gesture began; else the floor.
 std::optional<TransformSurface> ViewApp::surface_at(const TransformView& view) const
 {
-    if (const auto hit = pick_surface(around_gesture.others, view.eye, view.ray))
+    if (const auto hit = pick_surface(preview.others, view.eye, view.ray))
         return TransformSurface{hit->point, hit->normal};
     return floor_at(view);
 }
@@ -108,7 +92,7 @@ void ViewApp::end_transform(bool applies)
     std::optional<Command> command;
     if (applies && state->scene) command = gesture->command(state->scene->scene.origin);
     gesture.reset();
-    preview.clear(), around_gesture = {};
+    preview = {};
     buttons_ignored = true;
     if (!command) return;
     if (const std::string why = why_not(*command, *state); !why.empty()) return panel.note(why);
@@ -132,6 +116,7 @@ void ViewApp::take_nozzle(bool begins, bool held)
         panel.send(nozzle->begin(), session);
     }
     if (!nozzle || !held) return;
+    if (clogged(*state, *nozzle)) panel.note(clogged_notice);
     if (auto moves = nozzle->move(view)) panel.send(std::move(*moves), session);
 }
 
@@ -148,14 +133,9 @@ std::vector<HandLook> ViewApp::transform_looks() const
     constexpr Vec3<float> axis_colours[] = {
         {0.8f, 0.03f, 0.05f}, {0.1f, 0.5f, 0.03f}, {0.03f, 0.15f, 0.8f}};
     std::vector<HandLook> looks;
-    for (const Preview& one : preview) {
-        Mesh mesh = one.mesh;
-        const Quat<float> turn = cast<float>(gesture->turn());
-        for (Vec3<float>& x : mesh.vertices)
-            x = cast<float>(gesture->at(cast<double>(x), one.centre));
-        for (Vec3<float>& n : mesh.normals) n = rotate(turn, n);
-        looks.push_back(mark_look(std::move(mesh), chosen_colour, 0.5f));
-    }
+    const auto at = [&](Vec3<double> x, Vec3<double> own) { return gesture->at(x, own); };
+    for (const ObjectPreview& one : preview.objects)
+        looks.push_back(preview_look(one, at, gesture->turn()));
     const double reach = 4 * camera.distance(), thick = 0.002 * camera.distance();
     for (const Vec3<double>& axis : gesture->axes()) {
         Mesh line;

@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cuda/math/rotation.h"
+
 namespace knead {
 namespace {
+
+Vec3<double> unit_vector(Vec3<double> v) { return (1 / length(v)) * v; }
 
 Fingers posed_as(Posture posture, Side side)
 {
@@ -72,10 +76,10 @@ void PointerHand::aim(const Pointing& at)
     const Vec3<double> gaze = rotate(at.rotation, Vec3<double>{0, 0, -1});
     if (at.on) depth_ = dot(at.on->at - at.eye, gaze);
     target_ = at.eye + depth_ * at.ray;
-    const Vec3<double> along = unit(at.ray);
+    const Vec3<double> along = unit_vector(at.ray);
     // Between the line of sight and the surface's normal: at the clay's outline, too, the hand
     // stays in front of it.
-    inward_ = at.on ? unit(along - at.on->normal) : along;
+    inward_ = at.on ? unit_vector(along - at.on->normal) : along;
     const Vec3<double> right = rotate(at.rotation, Vec3<double>{1, 0, 0}),
                        up = rotate(at.rotation, Vec3<double>{0, 1, 0});
     // The side changes only well beyond the middle, not at every move across it.
@@ -85,7 +89,7 @@ void PointerHand::aim(const Pointing& at)
     if (off < -wide) from_ = -1;
     const Vec3<double> arm = from_ * right - 0.7 * up;  // from the fingertips to the wrist
     const Vec3<double> flat = arm - dot(arm, inward_) * inward_;
-    if (length(flat) > 1e-6) fingers_ = -1.0 * unit(flat);
+    if (length(flat) > 1e-6) fingers_ = -1.0 * unit_vector(flat);
 }
 
 void PointerHand::advance(double time)

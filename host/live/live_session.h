@@ -152,6 +152,7 @@ struct LiveState {
     long answered = 0;    // serial number of the last command that was applied or refused
     int refused = 0;      // number of commands refused so far
     std::string refusal;  // reason for the last of them
+    SourceReport source;  // of the last nozzle
     // The steps of the history, by id; null: none are kept.
     std::shared_ptr<const std::vector<StepInfo>> steps;
     std::size_t history_bytes = 0;  // of them in memory

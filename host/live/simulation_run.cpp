@@ -528,6 +528,7 @@ void SimulationRun::publish(LiveState& state)
     }
     state.hands = hands;
     state.document = editor->document();
+    state.source = editor->source();
     state.recorded = recorded;
     state.recording_time = loop->last().number * period() - replayed;
     state.backlog.frames = cut;

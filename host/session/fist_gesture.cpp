@@ -35,18 +35,30 @@ std::optional<int> nearest_clay(Vec3<double> point, const std::vector<Mesh>& cla
     return category;
 }
 
+// From a straightness.
+float closed(float straight)
+{
+    constexpr float flat = 0.98f, fist = 0.5f;
+    return clamp((flat - straight) / (flat - fist), 0.f, 1.f);
+}
+
 }  // namespace
 
 float closure(const Hand& hand)
 {
-    constexpr float flat = 0.98f, fist = 0.5f;  // straightness
     float sum = 0;
     for (const JointName tip : tips) {
         const std::optional<float> one = straightness(hand, tip);
         if (!one) return 0;
         sum += *one / 4;
     }
-    return clamp((flat - sum) / (flat - fist), 0.f, 1.f);
+    return closed(sum);
+}
+
+float closure(const Hand& hand, JointName tip)
+{
+    const std::optional<float> one = straightness(hand, tip);
+    return one ? closed(*one) : 0;
 }
 
 void FistGesture::close(const HandFrame& hands)
@@ -62,14 +74,7 @@ FistGesture::Answer FistGesture::frame(const HandFrame& hands, const HandsOption
 {
     close(hands);
     Answer answer;
-    if (fist[left] && fist[right] && !holding) {
-        const double now = length(
-            cast<double>(hands.hand[right].joints[palm].p - hands.hand[left].joints[palm].p));
-        if (apart > 0.02 && now > 0.02) answer.zoom = clamp(now / apart, 0.8, 1.25);
-        apart = now;
-        return answer;
-    }
-    apart = 0;
+    if (fist[left] && fist[right] && !holding) return answer;
     if (!holding) by = fist[left] ? left : right;
     answer.by = by;
     if (!fist[std::size_t(by)]) {

@@ -1,5 +1,5 @@
-// Gestures of closed hands: a fist takes the nearest clay and lets it go again, two fists zoom the
-// scene. Independent of the simulation, which moves what is carried (scene_editor.h).
+// Gestures of closed hands: a fist takes the nearest clay and lets it go again. Independent of the
+// simulation, which moves what is carried (scene_editor.h).
 #pragma once
 #include <array>
 #include <optional>
@@ -12,6 +12,8 @@ namespace knead {
 
 // Closure of a hand: 0 flat, 1 a fist; 0 if its joints are not tracked.
 float closure(const Hand& hand);
+// Of one finger, which is not the thumb, by its tip.
+float closure(const Hand& hand, JointName tip);
 
 class FistGesture {
   public:
@@ -22,10 +24,9 @@ class FistGesture {
         std::optional<int> took;  // category of the clay that was grabbed in this frame
         bool let_go = false;      // clay was released in this frame
         Side by = right;          // whose fist took it or let it go
-        double zoom = 1;          // factor by which to divide the zoom of the hands
     };
     // One frame of both hands, in the tracker's frame; `clay`: current surfaces, in the
-    // simulation's.
+    // simulation's. Two fists take nothing: they move the scene.
     Answer frame(const HandFrame& hands, const HandsOptions& options,
                  const std::vector<Mesh>& clay);
     bool holds() const { return holding; }
@@ -35,8 +36,7 @@ class FistGesture {
 
     std::array<bool, side_count> fist{};
     bool holding = false;
-    Side by = right;   // whose fist holds
-    double apart = 0;  // distance of both fists [m]; 0: there were not two
+    Side by = right;  // whose fist holds
 };
 
 }  // namespace knead

@@ -156,7 +156,7 @@ ObjectPlaces SceneEditor::places() const
     std::vector<int> place_of(materials.size(), -1);  // in `all`, of each number
     std::vector<std::size_t> counts;
     for (const auto& o : now->objects) {
-        ObjectPlace place{o->id, empty_box<double>(), {}, 0, {}};
+        ObjectPlace place{o->id, empty_box<double>(), {}, 0, {}, 0};
         double mass = 0;
         std::size_t particles = 0;
         for (const int number : objects.at(o->id)) {
@@ -174,13 +174,15 @@ ObjectPlaces SceneEditor::places() const
         place.centre = (1 / mass) * place.centre;
         found.all.push_back(std::move(place)), counts.push_back(particles);
     }
-    std::vector<std::size_t> seen(counts.size(), 0);
+    std::vector<std::size_t> steps, seen(counts.size(), 0);
+    for (std::size_t k = 0; k < counts.size(); ++k) {
+        steps.push_back((counts[k] + ObjectPlace::most_samples - 1) / ObjectPlace::most_samples);
+        found.all[k].apart = std::cbrt(double(steps.back())) * found.all[k].spacing;
+    }
     for (std::size_t i = 0; i < rows.count; ++i) {
         const int of = place_of[std::size_t(rows.object[i])];
         if (of < 0) continue;
-        const std::size_t step =
-            (counts[std::size_t(of)] + ObjectPlace::most_samples - 1) / ObjectPlace::most_samples;
-        if (seen[std::size_t(of)]++ % step == 0)
+        if (seen[std::size_t(of)]++ % steps[std::size_t(of)] == 0)
             found.all[std::size_t(of)].some.push_back(cast<float>(at(i)));
     }
     return found;

@@ -14,6 +14,7 @@ struct ObjectPlace {
     Vec3<double> centre{};            // of mass
     double spacing = 0;               // of the particles, the largest of its parts [m]
     std::vector<Vec3<float>> some{};  // at most `most_samples` of the particles, evenly taken
+    double apart = 0;                 // about the distance between neighbours of these [m]
     static constexpr std::size_t most_samples = 4096;
 };
 

@@ -36,6 +36,14 @@ Box3<double> surroundings(const PreparedObject& clay);
 // other clay within surroundings(). Throws std::invalid_argument if none is left.
 void leave_room(PreparedObject& clay, const std::vector<Vec3<double>>& there);
 
+// What the last nozzle has laid.
+struct SourceReport {
+    ObjectId object;              // 0: there was none
+    long laid = 0, left_out = 0;  // particles so far; those in other clay or beyond a wall
+    // The last move that was long enough to lay clay has laid none.
+    bool clogged = false;
+};
+
 class SceneEditor {
   public:
     // What the editor acts on. All must outlive it.
@@ -93,6 +101,7 @@ class SceneEditor {
     const std::vector<int>& simulated(ObjectId object) const { return objects.at(object); }
     // Of the clay now. Slow: reads all particles. Precondition: no frame in flight.
     ObjectPlaces places() const;
+    const SourceReport& source() const { return sourced; }
     long edits() const { return count; }            // so far
     long clay_edits() const { return clay_count; }  // that moved, added or removed clay
 
@@ -126,6 +135,7 @@ class SceneEditor {
         std::map<ObjectId, std::vector<int>> objects;             // without those of `added`
         Vec3<double> gravity{};
         bool splats = false;                 // they change
+        long laid = 0, left_out = 0;         // of a nozzle
         std::vector<NewGaussian> gaussians;  // all, if they do
     };
 
@@ -165,6 +175,7 @@ class SceneEditor {
     std::map<ObjectId, std::vector<int>> objects;  // of the simulator
     std::vector<Carried> carried;
     bool shaped = false;  // hands have pressed clay
+    SourceReport sourced;
     long count = 0, clay_count = 0;
 };
 

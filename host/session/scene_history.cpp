@@ -159,12 +159,27 @@ bool SceneHistory::extrudes() const
     return open_by_command && of_source(last.command) && has_nozzle(*document());
 }
 
+namespace {
+
+bool moves_or_scales(const Command& command)
+{
+    return std::holds_alternative<MoveObjects>(command) ||
+           std::holds_alternative<ScaleObjects>(command);
+}
+
+}  // namespace
+
 // Of several commands of a drag, the later ones change the step that the first began.
 bool SceneHistory::merges(const Issued& issued) const
 {
     if (extrudes() && of_source(issued.command)) return true;
-    return open_by_command && issued.drag != 0 && issued.drag == last.drag &&
-           issued.origin == last.origin && issued.command.index() == last.command.index() &&
+    const bool same_drag = open_by_command && issued.drag != 0 && issued.drag == last.drag &&
+                           issued.origin == last.origin;
+    if (!same_drag) return false;
+    // Two hands move and scale at once.
+    if (moves_or_scales(issued.command) && moves_or_scales(last.command))
+        return issued.command.index() != last.command.index();
+    return issued.command.index() == last.command.index() &&
            row_of(issued.command).undo == UndoRule::merge;
 }
 

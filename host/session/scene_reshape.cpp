@@ -91,8 +91,13 @@ CommandAnswer SceneEditor::reshape(const Command& command)
         if (Refusal* refused = std::get_if<Refusal>(&result)) return {std::move(*refused), {}};
         const DocumentPtr to = std::get<DocumentPtr>(result);
         edit.gravity = gravity_of(*to);
+        const long laid = edit.laid, left_out = edit.left_out;
         make(std::move(edit));
         now = to;
+        if (std::holds_alternative<SourceBegin>(answer.applied))
+            sourced = {new_ids(answer.applied).at(0), 0, 0, false};
+        sourced.laid += laid, sourced.left_out += left_out;
+        if (laid + left_out > 0) sourced.clogged = laid == 0;
         ++count, ++clay_count;
         std::erase_if(carried, [&](const Carried& one) { return !now->find(one.object); });
         return answer;
@@ -456,12 +461,16 @@ SceneEditor::ClayEdit SceneEditor::edit_of(SourceMove& command, const Document& 
         const Vec3<double> x = o.centre + rotate(o.rotation, p) - parts.scene.origin;
         if (between(config.walls, x, config.lattice.dx))
             clay.particles.push_back({x, {}, {}, {}, 0, 0, 0});
+        else
+            ++edit.left_out;
     }
     if (clay.particles.empty()) return edit;
     const Vec3<double> beside{h, h, h};
     const Box3<double> box = box_of({clay});
     const NearPlaces near(parts.simulator->places({box.low - beside, box.high + beside}), 0.75 * h);
-    std::erase_if(clay.particles, [&](const Particle<double>& p) { return near.taken(p.x); });
+    edit.left_out += long(
+        std::erase_if(clay.particles, [&](const Particle<double>& p) { return near.taken(p.x); }));
+    edit.laid = long(clay.particles.size());
     if (!clay.particles.empty()) edit.added.push_back({id, std::move(clay)});
     return edit;
 }

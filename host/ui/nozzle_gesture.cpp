@@ -1,5 +1,6 @@
 #include "host/ui/nozzle_gesture.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "host/scene/names.h"
@@ -7,12 +8,13 @@
 
 namespace knead {
 
-NozzleTool nozzle_tool(const UiState& ui)
+NozzleTool nozzle_tool(const UiState& ui, std::optional<double> ring)
 {
     NozzleTool tool;
     tool.name = free_name(*ui.document, "strand");
-    tool.section = section_kinds[std::size_t(ui.section)].second;
+    tool.section = ui.ring ? SectionKind::circle : nozzle_sections[std::size_t(ui.section)];
     tool.diameter = ui.diameter;
+    if (ui.ring && ring) tool.diameter = std::clamp(*ring, nozzle_range.low, nozzle_range.high);
     const SceneObject* const like = ui.document->find(ui.chosen);
     const bool clay = like && like->source.shape != ShapeKind::splats;
     tool.material = clay ? like->material : material_spec("clay");
@@ -31,6 +33,11 @@ NozzleGesture::NozzleGesture(const NozzleTool& tool, const TransformView& view,
     farthest_ = farther * length(last_ - view.eye);
 }
 
+NozzleGesture::NozzleGesture(const NozzleTool& tool, Vec3<double> at, Vec3<double> origin)
+    : tool_(tool), origin_(origin), last_(at)
+{
+}
+
 SourceBegin NozzleGesture::begin() const
 {
     SourceBegin begins;
@@ -43,14 +50,25 @@ SourceBegin NozzleGesture::begin() const
 
 std::optional<SourceMove> NozzleGesture::move(const TransformView& view)
 {
-    constexpr double part = 0.1;  // of the diameter
     const double along = dot(view.ray, normal_);
     const double t = dot(last_ - view.eye, normal_) / along;
     if (!(t > 0) || !(t * length(view.ray) <= farthest_)) return {};
-    const Vec3<double> to = view.eye + t * view.ray;
+    return move_to(view.eye + t * view.ray);
+}
+
+std::optional<SourceMove> NozzleGesture::move_to(Vec3<double> to)
+{
+    constexpr double part = 0.1;  // of the diameter
     if (length(to - last_) < part * tool_.diameter) return {};
     last_ = to;
     return SourceMove{ObjectRef(tool_.name), to + origin_, {}};
+}
+
+bool clogged(const LiveState& state, const NozzleGesture& nozzle)
+{
+    if (!state.source.clogged || !state.document) return false;
+    const SceneObject* const laid = state.document->find(state.source.object);
+    return laid && laid->name == nozzle.name();
 }
 
 }  // namespace knead

@@ -36,6 +36,8 @@ bool is_of_front_end(Control control)
         case Control::advance:
         case Control::quit:
         case Control::carry:
+        case Control::choose:
+        case Control::lay:
         case Control::recentre:
         case Control::standing:
             return true;

@@ -20,7 +20,8 @@ class PanelController {
 
     UiState ui;
     // Executes what the front end alone can do: frame_view, frame_all, screenshot, film, pause,
-    // advance, quit, carry, recentre, standing. May be called within follow() and apply().
+    // advance, quit, carry, choose, lay, recentre, standing. May be called within follow() and
+    // apply().
     std::function<void(const ControlEvent&)> execute = [](const ControlEvent&) {};
     // True: controls that discard work ask first. False: they need not, for example because they
     // must be held.

@@ -763,6 +763,8 @@ void DearImGuiPanel::touch_panel(const PanelModel& model, const TimeGraph& times
             ImGui::TextWrapped("%s", model.failure.c_str());
     else if (!model.notice.empty())
         ImGui::TextWrapped("%s", model.notice.c_str());
+    else if (!model.pointing.empty())
+        ImGui::TextWrapped("%s", model.pointing.c_str());
     else
         ImGui::TextDisabled("Knead  %s", model.session.c_str());
     ImGui::EndChild();

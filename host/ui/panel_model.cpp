@@ -31,11 +31,12 @@ std::vector<std::string> with_automatic(const Names<T>& names)
 constexpr const char* finger_names[] = {"Thumb", "Index", "Middle", "Ring", "Little"};
 
 // An outline has points, which no control gives.
-std::vector<std::string> sections_of_mouse()
+std::vector<std::string> section_names()
 {
     std::vector<std::string> names;
-    for (const auto& [name, section] : section_kinds)
-        if (section != SectionKind::outline) names.push_back(name);
+    for (const SectionKind kind : nozzle_sections)
+        for (const auto& [name, section] : section_kinds)
+            if (section == kind) names.push_back(name);
     return names;
 }
 
@@ -202,6 +203,7 @@ void add_arranging(Builder& to, const LiveState& state, const UiState& ui)
         return not_available.empty() ? locked_of(ui) : not_available;
     };
     to.toggle(Control::several, ui.several);
+    to.toggle(Control::snap, ui.snaps);
     to.button(Control::move, why(MoveObjects{}));
     to.button(Control::turn, why(MoveObjects{}));
     to.button(Control::scale, why(ScaleObjects{}));
@@ -256,10 +258,13 @@ void add_hands(Builder& to, const UiState& ui)
     to.number(Control::roll, ui.roll, {-3.14, 3.14}, "rad");
     for (int i = 0; i < 5; ++i)
         to.number(Control::curl, ui.curl[i], {0, 1}, "", i, finger_names[i]);
+    to.toggle(Control::carry, ui.hand_mode == HandMode::carry);
+    to.toggle(Control::choose, ui.hand_mode == HandMode::choose);
+    to.toggle(Control::lay, ui.hand_mode == HandMode::lay);
     to.toggle(Control::nozzle, ui.nozzle);
-    to.choice(Control::nozzle_section, ui.section, sections_of_mouse());
+    to.choice(Control::nozzle_section, ui.section, section_names());
     to.number(Control::nozzle_diameter, ui.diameter, nozzle_range, "m");
-    to.toggle(Control::carry, ui.carrying);
+    to.toggle(Control::nozzle_ring, ui.ring);
     to.button(Control::recentre);
     to.toggle(Control::standing, ui.standing);
     to.toggle(Control::panel_side, ui.panel_side == left);
@@ -451,7 +456,10 @@ bool change_nozzle(UiState& ui, const ControlEvent& event)
             if (ui.nozzle) ui.mouse_hand = false;
             return true;
         case Control::nozzle_section:
-            if (whole) ui.section = std::clamp(*whole, 0, int(sections_of_mouse().size()) - 1);
+            if (whole) ui.section = std::clamp(*whole, 0, int(section_names().size()) - 1);
+            return true;
+        case Control::nozzle_ring:
+            ui.ring = on ? *on : !ui.ring;
             return true;
         case Control::nozzle_diameter:
             if (number) ui.diameter = std::clamp(*number, nozzle_range.low, nozzle_range.high);
@@ -481,6 +489,9 @@ bool change_choice(UiState& ui, const ControlEvent& event)
             return true;
         case Control::several:
             ui.several = on ? *on : !ui.several;
+            return true;
+        case Control::snap:
+            ui.snaps = on ? *on : !ui.snaps;
             return true;
         case Control::on_surface:
             ui.on_surface = on ? *on : !ui.on_surface;

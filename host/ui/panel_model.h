@@ -94,6 +94,13 @@ struct PanelModel {
 inline constexpr SliderRange nozzle_range{0.005, 0.3, true};  // diameter [m]
 inline constexpr SliderRange press_range{0.001, 0.4};  // of the hand that the mouse leads [m]
 
+// What the hands of the headset do. In all but the first they touch nothing.
+enum class HandMode { shape, carry, choose, lay };
+
+// Cross-sections of clay that mouse or hand lays.
+inline constexpr std::array<SectionKind, 3> nozzle_sections{SectionKind::circle,
+                                                            SectionKind::square, SectionKind::star};
+
 // State of the user interface: neither saved nor undone.
 struct UiState {
     unsigned place = in_window;  // or in_headset
@@ -121,16 +128,19 @@ struct UiState {
     int posture = int(Posture::relaxed);
     double press = 0.05, tilt = 0, roll = 0;  // [m] of the scene, [rad]
     double curl[5] = {0, 0, 0, 0, 0};         // 0 to 1
-    // The nozzle that the mouse leads; not while it leads a hand.
-    bool nozzle = false;
-    int section = 0;         // of section_kinds without outlines
+    // The nozzle that the mouse leads, not while it leads a hand; or a hand in the headset.
+    bool nozzle = false;     // of the mouse
+    int section = 0;         // of nozzle_sections
+    bool ring = false;       // of the headset: the circle that the hand forms instead
     double diameter = 0.05;  // [m]
     bool paused = false, filming = false;
     int export_what = 0, export_unit = 0;  // 0: automatic
     bool export_chosen = false;            // of the chosen object alone
     std::string text = usual_text;         // of an object of letters that is added
     // Of the headset.
-    bool carrying = false, standing = false;
+    HandMode hand_mode = HandMode::shape;
+    bool standing = false;
+    bool snaps = false;  // motions by hand
     Side support = left, panel_side = left;
     bool open = true, help = false;
     std::string notice;

@@ -33,6 +33,26 @@ std::optional<Vec3<double>> meets(const TransformView& view, Vec3<double> on, Ve
 
 }  // namespace
 
+Vec3<double> Snapping::move(Vec3<double> by)
+{
+    return {rounded(by.x, grid), rounded(by.y, grid), rounded(by.z, grid)};
+}
+
+double Snapping::angle(double angle) { return rounded(angle, angle_step); }
+
+Quat<double> Snapping::turn(const Quat<double>& q)
+{
+    const double part[3] = {q.x, q.y, q.z};
+    const auto larger = [](double a, double b) { return std::abs(a) < std::abs(b); };
+    const int axis = int(std::max_element(part, part + 3, larger) - part);
+    // The part of the turn about that axis.
+    const double half = angle(2 * std::atan2(part[axis], q.w)) / 2;
+    return {std::cos(half), axis == 0 ? std::sin(half) : 0, axis == 1 ? std::sin(half) : 0,
+            axis == 2 ? std::sin(half) : 0};
+}
+
+double Snapping::factor(double factor) { return rounded(factor, factor_step); }
+
 TransformGesture::TransformGesture(TransformKind kind, std::vector<ObjectId> objects,
                                    Vec3<double> centre, const TransformView& view)
     : kind_(kind),
@@ -162,14 +182,14 @@ Vec3<double> TransformGesture::by() const
     }
     way = moved(now_);
     if (!snaps_) return way;
-    return {rounded(way.x, grid), rounded(way.y, grid), rounded(way.z, grid)};
+    return Snapping::move(way);
 }
 
 double TransformGesture::turned() const
 {
     if (const auto value = number()) return per_degree * *value;
     const double sign = axis_ >= 0 && dot(unit_axis(axis_), along_) > 0 ? -1 : 1;
-    return sign * (snaps_ ? rounded(angle_, angle_step) : angle_);
+    return sign * (snaps_ ? Snapping::angle(angle_) : angle_);
 }
 
 double TransformGesture::angle() const { return kind_ == TransformKind::turn ? turned() : 0; }
@@ -189,7 +209,7 @@ double TransformGesture::factor() const
     const double least = 0.02 * length(centre_ - begin_.eye);
     const double to =
         length(on_view_plane(now_) - centre_) / std::max(least, length(from_ - centre_));
-    return std::clamp(snaps_ ? rounded(to, factor_step) : to, least_factor, largest_factor);
+    return std::clamp(snaps_ ? Snapping::factor(to) : to, least_factor, largest_factor);
 }
 
 Vec3<double> TransformGesture::at(Vec3<double> x, Vec3<double> own) const

@@ -25,11 +25,21 @@ struct TransformSurface {
     Vec3<double> point{}, normal{0, 1, 0};  // [m]; unit, outward
 };
 
+// Of moves, turns and factors that snap, by mouse and by hand.
+struct Snapping {
+    static constexpr double grid = 0.01;                         // [m]
+    static constexpr double angle_step = 3.14159265358979 / 12;  // [rad]
+    static constexpr double factor_step = 0.1;
+
+    static Vec3<double> move(Vec3<double> by);
+    static double angle(double angle);
+    // About the axis of the frame that is nearest to that of the turn.
+    static Quat<double> turn(const Quat<double>& q);
+    static double factor(double factor);
+};
+
 class TransformGesture {
   public:
-    static constexpr double grid = 0.01;                         // of moves that snap [m]
-    static constexpr double angle_step = 3.14159265358979 / 12;  // of turns [rad]
-    static constexpr double factor_step = 0.1;
     static constexpr double least_factor = 0.1, largest_factor = 10;  // of scale_objects
 
     // `centre`: the middle of the objects' centres of mass [m].

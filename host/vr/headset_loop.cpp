@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -169,6 +170,7 @@ void HeadsetLoop::frame()
     }
     newest_views = views;
     follow_panel(views);
+    follow_objects(views);
     // The simulation pauses while the headset is not worn or the session not visible.
     const bool runs = visible && !leaving && !finished && !paused;
     simulate(views, runs, parts);
@@ -180,6 +182,8 @@ void HeadsetLoop::frame()
     if (shown) done.near_z = std::numeric_limits<float>::infinity();
     done.far_z = float(options.near_plane);
     feedback.frame(views, *state, hands, done.vibrate);
+    for (const Side side : {left, right})
+        done.vibrate[side] = std::max(done.vibrate[side], objects.vibration(side));
     runtime([&] {
         parts.left = headset->time_left();
         headset->end(done);
@@ -211,7 +215,7 @@ void HeadsetLoop::follow_history()
     if (!scene.has_hands)
         live->send(hands_command(settings_of(options_now, scene.origin)), Origin::headset);
     ran = ran && !options.stepped;
-    carrying = zooming = false, fists = {}, carried.clear();
+    mode = HandMode::shape, moving_scene = false, fists = {}, carried.clear();
 }
 
 // The drawn hands always follow the tracker; the simulation receives hands only while simulated
@@ -223,7 +227,7 @@ void HeadsetLoop::push(HandFrame given, bool runs, double now)
     given.time = timing.time;
     hands.push(given);
     notices.follow(hands, timing.time);
-    if (carrying) follow_fists(given);
+    if (mode == HandMode::carry) follow_fists(given);
     if (!runs || !record.frame(given, now)) return;
     given.time = now;
     live->push(given);
@@ -269,7 +273,8 @@ PanelSurroundings HeadsetLoop::surroundings(const HeadsetViews& views) const
     around.head = in_hands(workplace, head_of(views)).p;
     for (const Side side : {left, right}) {
         around.hands[side] = in_hands(workplace, views.hands[std::size_t(side)].hand);
-        around.busy[side] = carrying || !hands.options().held[side].empty();
+        around.busy[side] =
+            mode == HandMode::carry || objects.busy() || !hands.options().held[side].empty();
     }
     for (std::size_t k = 0; k < state->tools.size(); ++k)
         if (state->frame.stats.touched & tool_bit(int(k)))
@@ -279,13 +284,13 @@ PanelSurroundings HeadsetLoop::surroundings(const HeadsetViews& views) const
 
 void HeadsetLoop::follow_panel(const HeadsetViews& views)
 {
-    if (!panel.exists()) return;
     UiState& ui = control.ui;
-    ui.paused = paused, ui.carrying = carrying;
+    ui.paused = paused, ui.hand_mode = mode;
     ui.standing = headset->facts().floor == Floor::standing;
-    control.follow(*state, *live, timing.time);
+    control.follow(*state, *live, timing.time);  // for the buttons of controllers, too
+    if (!panel.exists()) return;
     // Not while fists zoom: it would jump.
-    const bool zoomed = !zooming && hands.options().zoom != placed_zoom;
+    const bool zoomed = !moving_scene && hands.options().zoom != placed_zoom;
     if (ui.panel_side != placed_side || zoomed) place_panel();
     if (panel.distance() > 1.02f * opened_distance) open_panel();
     for (const ControlEvent& event :
@@ -321,12 +326,13 @@ void HeadsetLoop::add_times(const FrameParts& parts)
     if (parts.scale < 1) facts.push_back(fmt::format("eyes at {:.0f} %", 100 * parts.scale));
 }
 
-// While hands carry clay, the tools are absent.
+// The tools are present only while hands shape.
 void HeadsetLoop::send_presence()
 {
     SetHands command;
-    command.left.present = !carrying && hands.options().present[left];
-    command.right.present = !carrying && hands.options().present[right];
+    const bool shapes = mode == HandMode::shape;
+    command.left.present = shapes && hands.options().present[left];
+    command.right.present = shapes && hands.options().present[right];
     if (state->document && state->document->hands->zoom != hands.options().zoom)
         command.zoom = hands.options().zoom;
     live->send(std::move(command), Origin::headset);
@@ -336,9 +342,6 @@ void HeadsetLoop::send_presence()
 void HeadsetLoop::follow_fists(const HandFrame& given)
 {
     const FistGesture::Answer answer = fists.frame(given, hands.options(), *meshes_of(*state));
-    if (answer.zoom != 1) hands.set_zoom(clamp(hands.options().zoom / answer.zoom, 0.05, 50.0));
-    // Once, because each change restarts the filter of the simulation's hands.
-    if (std::exchange(zooming, answer.zoom != 1) && !zooming) send_presence();
     if (answer.let_go) end_carrying();
     if (answer.took) begin_carrying(*answer.took, answer.by);
 }
@@ -375,14 +378,76 @@ void HeadsetLoop::pause(bool on)
         live->send(Pause{on}, Origin::headset);
 }
 
-// Hands carry clay, or shape it.
-void HeadsetLoop::carry(bool on)
+void HeadsetLoop::set_mode(HandMode to)
 {
-    if (on == carrying) return;
+    if (to == mode) return;
     end_carrying();
-    carrying = on, zooming = false;
-    fists = {};
+    objects.stop(*live);
+    mode = control.ui.hand_mode = to, moving_scene = false;
+    fists = {}, scene_gesture = {};
     send_presence();
+}
+
+// Two fists move, turn and zoom the scene, unless hands hold something. The clay is not affected.
+void HeadsetLoop::move_scene(const HeadsetViews& views, const HandAct (&acts)[side_count])
+{
+    std::optional<std::array<Vec3<double>, 2>> palms;
+    const bool free = mode != HandMode::shape && !objects.busy() && !fists.holds();
+    if (free && acts[left].fist && acts[right].fist)
+        palms = {cast<double>(views.hands[left].hand.joints[palm].p),
+                 cast<double>(views.hands[right].hand.joints[palm].p)};
+    const auto moved = scene_gesture.frame(palms, {workplace, hands.options().zoom});
+    if (moved) {
+        panel.keep(workplace, moved->workplace);
+        workplace = moved->workplace;
+        hands.set_zoom(moved->zoom);
+    }
+    // Once, because each change restarts the filter of the simulation's hands.
+    if (std::exchange(moving_scene, moved.has_value()) && !moving_scene && state->document &&
+        state->document->hands->zoom != hands.options().zoom)
+        send_presence();
+}
+
+// Those of the support hand undo and redo, as its palm does; those of the other hand change what
+// hands do. While objects are moved or clay is laid, either cancels.
+void HeadsetLoop::follow_buttons(const HandAct (&acts)[side_count])
+{
+    for (const Side side : {left, right}) {
+        const bool now[2] = {acts[side].lower, acts[side].upper};
+        for (int k = 0; k < 2; ++k) {
+            const bool pressed = now[k] && !std::exchange(buttons[side][k], now[k]);
+            if (!pressed || objects.busy()) continue;
+            if (side == control.ui.support) {
+                control.apply({{k == 0 ? Control::undo : Control::redo, 0}, {}, 0}, *live);
+                continue;
+            }
+            const HandMode to = k == 0 ? HandMode::choose : HandMode::lay;
+            set_mode(mode == to ? HandMode::shape : to);
+        }
+    }
+}
+
+void HeadsetLoop::follow_objects(const HeadsetViews& views)
+{
+    ObjectHands given{{}, {}, false, hands.options(), timing.time, options.stepped};
+    const Joint<float> head = in_hands(workplace, head_of(views));
+    for (const Side side : {left, right}) {
+        TrackedHand found = views.hands[std::size_t(side)];
+        found.hand = in_hands(workplace, found.hand);
+        if (found.aim) found.aim = in_hands(workplace, *found.aim);
+        given.acts[side] = readers[side].frame(side, found, head);
+        given.aside[side] = panel.pointer().inside && panel.pointer().side == side;
+    }
+    follow_buttons(given.acts);
+    move_scene(views, given.acts);
+    for (const Side side : {left, right}) {
+        given.aside[side] = given.aside[side] || moving_scene;
+        given.cancels =
+            given.cancels || (objects.busy() && (given.acts[side].fist || given.acts[side].lower ||
+                                                 given.acts[side].upper));
+    }
+    objects.frame(*state, *live, given);
+    if (options.stepped) live->wait_for_commands();
 }
 
 // What the panel leaves to the headset.
@@ -402,7 +467,11 @@ void HeadsetLoop::execute(const ControlEvent& event)
             replace_workplace = true;
             return;
         case Control::carry:
-            return carry(on);
+            return set_mode(on ? HandMode::carry : HandMode::shape);
+        case Control::choose:
+            return set_mode(on ? HandMode::choose : HandMode::shape);
+        case Control::lay:
+            return set_mode(on ? HandMode::lay : HandMode::shape);
         case Control::quit:
             leaving = true;
             runtime([&] { headset->leave(); });
@@ -444,7 +513,10 @@ void HeadsetLoop::rehearse()
 bool HeadsetLoop::draw(const HeadsetViews& views, FrameParts& parts)
 {
     try {
-        const HeadsetPicture picture = picture_of(hands.looks());
+        std::vector<HandLook> looks = hands.looks();
+        for (HandLook& mark : objects.looks(*state, hands.options()))
+            looks.push_back(std::move(mark));
+        const HeadsetPicture picture = picture_of(std::move(looks));
         const EyesDrawn drawn = drawing([&] { return eyes->draw(views, picture); });
         end.gl_errors = eyes->gl_errors();
         parts.scale = drawn.scale, parts.splat_scale = drawn.splat_scale;

@@ -12,8 +12,10 @@
 #include "host/vr/headset_hands.h"
 #include "host/vr/headset_loop.h"
 #include "host/vr/headset_notices.h"
+#include "host/vr/headset_objects.h"
 #include "host/vr/headset_panel.h"
 #include "host/vr/headset_time.h"
+#include "host/vr/scene_gesture.h"
 
 namespace knead {
 
@@ -58,7 +60,10 @@ class HeadsetLoop : public HeadsetSession {
     void send_presence();
     void pause(bool on);
     void execute(const ControlEvent& event);
-    void carry(bool on);
+    void set_mode(HandMode to);
+    void follow_objects(const HeadsetViews& views);
+    void follow_buttons(const HandAct (&acts)[side_count]);
+    void move_scene(const HeadsetViews& views, const HandAct (&acts)[side_count]);
     void check_end(const HeadsetEvents& events);
 
     CallGate& gate;
@@ -98,13 +103,17 @@ class HeadsetLoop : public HeadsetSession {
     TimeGraph times;            // of the last frames
     HeadsetViews newest_views;  // of this frame
     bool paused = false;
-    bool carrying = false;  // hands carry clay instead of shaping it
+    HandMode mode = HandMode::shape;
+    HandReader readers[side_count];
+    bool buttons[side_count][2] = {};  // of controllers, in the previous frame
+    HeadsetObjects objects{control};
+    SceneGesture scene_gesture;
     FistGesture fists;
     std::vector<ObjectRef> carried;  // objects in a fist
     Side carried_by = right;
-    bool zooming = false;    // two fists have zoomed in the previous frame
-    int facts_age = 0;       // frames since the panel's lines of text were renewed
-    std::string draw_error;  // reason of the last drawing failure; "": none
+    bool moving_scene = false;  // by two fists, in the previous frame
+    int facts_age = 0;          // frames since the panel's lines of text were renewed
+    std::string draw_error;     // reason of the last drawing failure; "": none
     HeadsetNotices notices;
     std::future<std::vector<Recoverable>> recoverable;  // being searched
     HeadsetFeel feedback;

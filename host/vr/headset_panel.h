@@ -43,6 +43,11 @@ class HeadsetPanel {
 
     // Places it beside the clay's box (simulation frame) [m], on the side that is set.
     void place(const Workplace& workplace, const Box3<double>& clay, const HandsOptions& hands);
+    // Leaves it where it is before the head while the frame of the hands moves.
+    void keep(const Workplace& before, const Workplace& after)
+    {
+        place_.pose = in_hands(after, in_headset_frame(before, place_.pose));
+    }
     float distance() const { return place_.distance; }
 
     // Processes the fingers at `time` [s] (ascending); lays the panel out again if it has changed

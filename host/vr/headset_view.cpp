@@ -34,6 +34,12 @@ Joint<float> in_hands(const Workplace& workplace, const Joint<float>& pose)
     return {back * pose.q, rotate(back, pose.p - cast<float>(workplace.at))};
 }
 
+Joint<float> in_headset_frame(const Workplace& workplace, const Joint<float>& pose)
+{
+    const Quat<float> turn = conjugate(turned_back(workplace));
+    return {turn * pose.q, cast<float>(workplace.at) + rotate(turn, pose.p)};
+}
+
 Hand in_hands(const Workplace& workplace, const Hand& hand)
 {
     Hand moved = hand;

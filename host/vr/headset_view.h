@@ -21,8 +21,10 @@ Workplace before_head(const Joint<float>& head, const Workplace& usual);
 
 // Transforms a pose from the headset's frame to that of the hands.
 Joint<float> in_hands(const Workplace& workplace, const Joint<float>& pose);
-// The same for the valid joints; exact, to the bit, if the workplace is the origin.
+// in_hands() for the valid joints; exact, to the bit, if the workplace is the origin.
 Hand in_hands(const Workplace& workplace, const Hand& hand);
+// Transforms a pose from the frame of the hands to the headset's.
+Joint<float> in_headset_frame(const Workplace& workplace, const Joint<float>& pose);
 
 // View of an eye in the simulation's frame. `nearest`: near plane in the headset's frame [m].
 EyeView eye_view(const EyePlace& eye, int width, int height, const Workplace& workplace,

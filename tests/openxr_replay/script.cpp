@@ -76,6 +76,7 @@ void read_moving(Script& script, ObjectReader& from, const std::string& file)
         c.grip = pose_of(key);
         c.velocity = key.vector("velocity", {-10, 10, "m/s"}, {0, 0, 0});
         c.trigger = key.number("trigger", {0, 1}, 0), c.squeeze = key.number("squeeze", {0, 1}, 0);
+        c.lower = key.number("lower", {0, 1}, 0), c.upper = key.number("upper", {0, 1}, 0);
         script.controllers.push_back(c);
     });
     list(from, "faults", file, [&](ObjectReader& key) {

@@ -54,6 +54,7 @@ struct Controller {
     Joint<double> grip{{1, 0, 0, 0}, {0, 0, 0}};
     Vec3<double> velocity{};  // [m/s]
     double trigger = 0, squeeze = 0;
+    double lower = 0, upper = 0;  // buttons: A, X or menu; B, Y or trackpad
 };
 
 struct Script {

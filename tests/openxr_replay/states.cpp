@@ -44,6 +44,8 @@ float value_of(const Controller& held, const std::string& source)
     double value = 0;
     if (has("/trigger") || has("/select") || has("/pinch_ext")) value = held.trigger;
     if (has("/squeeze") || has("/grasp_ext")) value = held.squeeze;
+    if (has("/a/") || has("/x/") || has("/menu/")) value = held.lower;
+    if (has("/b/") || has("/y/") || has("/trackpad/click")) value = held.upper;
     if (source.ends_with("/click")) value = value > 0.5 ? 1 : 0;
     return float(value);
 }

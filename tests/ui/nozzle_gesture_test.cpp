@@ -1,4 +1,4 @@
-// Clay laid with the mouse: where it begins and goes, and its commands.
+// Clay laid with mouse or hand: where it begins and goes, and its commands.
 #include "host/ui/nozzle_gesture.h"
 
 #include <gtest/gtest.h>
@@ -60,6 +60,49 @@ TEST(NozzleGesture, StaysWhereTheRayMissesItsPlane)
     EXPECT_FALSE(g.move({eye, {0, -1, 0}, {1, -0.01, 0}}));
     EXPECT_FALSE(g.move({eye, {0, -1, 0}, {std::nan(""), -1, 0}}));
     EXPECT_TRUE(g.move({eye, {0, -1, 0}, {0.1, -1, 0}}));
+}
+
+// In the air, as a hand leads it; with its own circle as the section.
+TEST(NozzleGesture, FollowsAHandInTheAir)
+{
+    UiState ui;
+    ui.document = std::make_shared<const Document>();
+    ui.section = 2, ui.diameter = 0.1;
+    NozzleTool tool = nozzle_tool(ui, 0.04);
+    EXPECT_EQ(tool.section, SectionKind::star);
+    EXPECT_EQ(tool.diameter, 0.1);
+    NozzleGesture g(tool, {1, 2, 3}, {5, 0, 0});
+    EXPECT_EQ(g.begin().at.x, 6);
+    EXPECT_FALSE(g.move_to({1, 2, 3.009})) << "less than a tenth of the diameter";
+    const auto move = g.move_to({1, 2, 3.02});
+    ASSERT_TRUE(move);
+    EXPECT_EQ(move->at.z, 3.02);
+    ui.ring = true;
+    tool = nozzle_tool(ui, 0.04);
+    EXPECT_EQ(tool.section, SectionKind::circle);
+    EXPECT_EQ(tool.diameter, 0.04);
+    EXPECT_EQ(nozzle_tool(ui, 7.0).diameter, nozzle_range.high);
+    EXPECT_EQ(nozzle_tool(ui).diameter, 0.1) << "a controller forms no ring";
+}
+
+// What a nozzle reports of its last move.
+TEST(NozzleGesture, IsCloggedWhereItsLastMoveLaidNothing)
+{
+    const auto shared = std::make_shared<LiveState>();
+    LiveState& state = *shared;
+    SceneObject strand;
+    strand.id = {4}, strand.name = "strand";
+    Document document;
+    document.objects.push_back(std::make_shared<const SceneObject>(strand));
+    state.document = std::make_shared<const Document>(document);
+    NozzleTool tool;
+    tool.name = "strand";
+    const NozzleGesture g(tool, {0, 0, 0}, {});
+    EXPECT_FALSE(clogged(state, g));
+    state.source = {{4}, 0, 70, true};
+    EXPECT_TRUE(clogged(state, g));
+    state.source.object = {3};
+    EXPECT_FALSE(clogged(state, g)) << "of another one";
 }
 
 }  // namespace
