@@ -5,6 +5,10 @@
 //
 //   bench_edits [nodes] [rounds]      milliseconds, and a hash of where the clay is in the end
 //
+//   bench_edits pieces [particles] [rounds]
+//                                     milliseconds to count the connected pieces of two balls that
+//                                     a gap parts (piece_count.h), and their number
+//
 //   bench_edits commands [rounds]     the same edits as commands of a document, by turns with the
 //                                     simulator's edit alone: scenes/squeeze.json, from the top of
 //                                     the tree
@@ -146,12 +150,57 @@ int commands(int rounds)
     return 0;
 }
 
+int pieces(int particles, int rounds)
+{
+    Setup s = ball(64);
+    const double radius = std::cbrt(particles / 2.0 / (4.19 * 8)), cells = 4 * radius;
+    int n = 32;
+    while (n < cells + 16) n *= 2;
+    s.lattice = {{n, n, n}, 1.0 / n};
+    s.walls = walls_inside(s.lattice, 3, ContactMode::slip, 0);
+    s.particles.clear();
+    const double dx = s.lattice.dx;
+    s.materials.resize(1);
+    s.materials[0].volume = dx * dx * dx / 8;
+    s.materials[0].mass = s.materials[0].volume * s.materials[0].density;
+    for (const double side : {-1.0, 1.0}) {
+        const Vec3<double> centre{0.5 + side * (radius + 1) * dx, 0.5, 0.5};
+        const int r = int(2 * radius) + 1;
+        for (int z = -r; z < r; ++z)
+            for (int y = -r; y < r; ++y)
+                for (int x = -r; x < r; ++x) {
+                    const Vec3<double> d{dx / 2 * (x + 0.5), dx / 2 * (y + 0.5),
+                                         dx / 2 * (z + 0.5)};
+                    Particle<double> q{};
+                    q.x = centre + d;
+                    if (length(d) < radius * dx) s.particles.push_back(q);
+                }
+    }
+    const auto solver = gpu_present() ? gpu_solver(s, 0) : cpu_solver(s);
+    solver->advance(no_motion(), 1e-4);  // sorted
+    const std::vector<int> group = {0};
+    std::vector<double> took;
+    int count = 0;
+    const double first = milliseconds([&] { count = solver->piece_counts(group, 1).at(0); });
+    for (int k = 0; k < rounds; ++k)
+        took.push_back(milliseconds([&] { solver->piece_counts(group, 1); }));
+    fmt::print(
+        "{}: {} particles, {} cells, {} pieces: first {:.3f} ms, median {:.3f} ms, worst "
+        "{:.3f} ms\n",
+        solver->name(), solver->particle_count(), n, count, first, median(took),
+        *std::max_element(took.begin(), took.end()));
+    return count == 2 ? 0 : 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
 {
     if (argc > 1 && std::string(argv[1]) == "commands")
         return commands(std::max(argc > 2 ? std::atoi(argv[2]) : 50, 2));
+    if (argc > 1 && std::string(argv[1]) == "pieces")
+        return pieces(argc > 2 ? std::atoi(argv[2]) : 1000000,
+                      std::max(argc > 3 ? std::atoi(argv[3]) : 50, 2));
     const int nodes = argc > 1 ? std::atoi(argv[1]) : 64;
     const int rounds = std::max(argc > 2 ? std::atoi(argv[2]) : 50, 2);
     Setup scene = ball(nodes);

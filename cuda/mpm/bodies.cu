@@ -51,11 +51,11 @@ struct Fields {
     {
         if constexpr (fixed_point) {
             long long all = 0;
-            for (int c = 1; c <= d.bodies.colours; ++c) all += sums(at(c, i))[3];
+            for (int f = 1; f < d.bodies.count(); ++f) all += sums(at(f, i))[3];
             sums(i)[3] = all;
         } else {
             float all = 0;
-            for (int c = 1; c <= d.bodies.colours; ++c) all += mass(c, i);
+            for (int f = 1; f < d.bodies.count(); ++f) all += mass(f, i);
             d.nodes[parity][i] = {0, 0, 0, all};
         }
     }
@@ -63,7 +63,7 @@ struct Fields {
 
 // One node per thread. Threads change the momenta of their own node; masses, which they read around
 // it, stay as they are.
-template <bool fixed_point>
+template <bool fixed_point, int labels>
 __global__ void __launch_bounds__(block_nodes, 8) body_kernel(const __grid_constant__ BodyView d)
 {
     const Clock& clock = *d.clock;
@@ -75,14 +75,14 @@ __global__ void __launch_bounds__(block_nodes, 8) body_kernel(const __grid_const
         const Int3 at = d.lattice.node_at(i);
         const Fields<fixed_point> fields{d, n & 1, i};
         fields.sum_masses();
-        separate_fields(
+        separate_fields<labels>(
             d.bodies, d.lattice.dx, dt,
-            [&](int c, Int3 step) {
+            [&](int f, Int3 step) {
                 const Int3 to = at + step;
-                return d.lattice.stores(to) ? fields.mass(c, d.lattice.index(to)) : 0.0f;
+                return d.lattice.stores(to) ? fields.mass(f, d.lattice.index(to)) : 0.0f;
             },
-            [&](int c) { return fields.momentum(c); },
-            [&](int c, Vec3<float> impulse) { fields.add(c, impulse); });
+            [&](int f) { return fields.momentum(f); },
+            [&](int f, Vec3<float> impulse) { fields.add(f, impulse); });
     }
 }
 
@@ -92,7 +92,11 @@ void separate(const Views& views, const Features& features, int multiprocessors,
               cudaStream_t stream)
 {
     if (!features.bodies) return;
-    const auto kernel = features.fixed_point ? body_kernel<true> : body_kernel<false>;
+    constexpr int labelled = labels_of_clay;
+    const auto kernel = features.blades        ? features.fixed_point ? body_kernel<true, labelled>
+                                                                      : body_kernel<false, labelled>
+                               : features.fixed_point ? body_kernel<true, 1>
+                                               : body_kernel<false, 1>;
     const int blocks = min(views.lattice.block_count(), 16 * multiprocessors);
     launch("separate", kernel, blocks, block_nodes, stream, body_view(views));
 }

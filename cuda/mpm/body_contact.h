@@ -9,14 +9,15 @@
 #include <cstdint>
 
 #include "cuda/contact/contact.h"
+#include "cuda/contact/cut.h"
 #include "cuda/math/node4.h"
 #include "cuda/math/vec.h"
 
 namespace knead {
 
-// Velocity fields of bodies, and the fields in all: field 0 is of all clay, field c of the clay of
-// colour c.
-constexpr int most_colours = 4, most_fields = 1 + most_colours;
+// Velocity fields of bodies, and the fields in all: field 0 is of all clay. A colour has one field
+// or, in scenes with blades, three: of its uncut clay, and of its clay with each label (cut.h).
+constexpr int most_colours = 4, labels_of_clay = 3, most_fields = 1 + labels_of_clay * most_colours;
 
 // Contact of objects of unlike category.
 constexpr double most_body_friction = 2;
@@ -32,7 +33,11 @@ template <class R>
 struct BodyFields {
     int colours;  // 2 to most_colours; 0: one field
     R friction;
-    R per_full[most_fields];  // by colour: 1 / mass of a node in full clay [1/kg]
+    R per_full[1 + most_colours];  // by colour: 1 / mass of a node in full clay [1/kg]
+    int labels;                    // fields of a colour: 1 or labels_of_clay
+
+    HD int count() const { return 1 + colours * labels; }                 // of fields
+    HD int first(int colour) const { return 1 + (colour - 1) * labels; }  // of a colour's fields
 };
 
 // Share of the full mass of a node `t` cells below the surface of a half space: the integral of the
@@ -162,35 +167,140 @@ HD Vec3<R> contact_impulse(const Node<R>& a, const Node<R>& b, Vec3<R> n, R appr
     return impulse;
 }
 
-// Contact of all fields at a node, before gravity, tools and walls. mass(c, step): mass of colour c
-// at the node `step` from this one [kg]; momentum(c): its momentum here; add(c, impulse) changes
-// that. Pairs are taken in order of colour, twice if there are three or more fields. Each pair
-// conserves momentum to rounding. Returns whether an impulse was applied.
-template <class R, class Mass, class Momentum, class Add>
-HD bool separate_fields(const BodyFields<R>& fields, R dx, R dt, Mass&& mass, Momentum&& momentum,
+// A colour's clay at a node of a scene with blades, by its three fields. Where uncut clay is left,
+// as ahead of a blade's edge, all of it is one body. Otherwise clay of both labels is two.  (25)
+template <class R>
+struct LabelledClay {
+    R uncut_mass, above_mass, below_mass;  // [kg]
+    HD R mass() const { return uncut_mass + above_mass + below_mass; }
+    HD bool bridged() const { return uncut_mass > R(bridge) * mass(); }
+    HD bool parted() const { return above_mass > 0 && below_mass > 0 && !bridged(); }
+};
+template <class R, class Mass>
+HD LabelledClay<R> labelled_clay(const BodyFields<R>& fields, int colour, Mass&& mass)
+{
+    const int first = fields.first(colour);
+    return {mass(first + int(uncut)), mass(first + int(above)), mass(first + int(below))};
+}
+
+// Gives the fields of a colour that act as one at a node their common velocity: all three, or uncut
+// clay that of the sides of a cut, with their loss. Conserves momentum to rounding.
+// momentum(f), add(f, impulse): of field f.
+template <class R, class Momentum, class Add>
+HD void weld_labels(int first, const LabelledClay<R>& clay, Momentum&& momentum, Add&& add)
+{
+    const R m[labels_of_clay] = {clay.uncut_mass, clay.above_mass, clay.below_mass};
+    const bool parted = clay.parted();
+    if (int(m[0] > 0) + int(m[1] > 0) + int(m[2] > 0) < 2 || (parted && !(m[0] > 0))) return;
+    Vec3<R> sum{};
+    UNROLL
+    for (int k = 0; k < labels_of_clay; ++k)
+        if (m[k] > 0) sum = sum + momentum(first + k);
+    const Vec3<R> v = (1 / clay.mass()) * sum;
+    UNROLL
+    for (int k = 0; k < labels_of_clay; ++k)
+        if (m[k] > 0 && !(parted && k != int(uncut))) {
+            const Vec3<R> change = m[k] * v - momentum(first + k);
+            add(first + k, change);
+            if (!parted) continue;
+            const R share = m[1] / (m[1] + m[2]);
+            add(first + int(above), -share * change), add(first + int(below), (share - 1) * change);
+        }
+}
+
+// The same for velocities, after walls and tools. get(f), put(f, node): velocity and mass of field
+// f.
+template <class R, class Get, class Put>
+HD void weld_velocities(int first, Get&& get, Put&& put)
+{
+    const LabelledClay<R> clay{get(first + int(uncut)).m, get(first + int(above)).m,
+                               get(first + int(below)).m};
+    weld_labels(
+        first, clay,
+        [&](int f) {
+            const Node<R> of = get(f);
+            return of.m * of.p;
+        },
+        [&](int f, Vec3<R> impulse) {
+            const Node<R> of = get(f);
+            put(f, Node<R>{of.p + (1 / of.m) * impulse, of.m});
+        });
+}
+
+// Fields that are one body at a node: `count` fields of a colour from field `from`; 0: no clay.
+struct BodyPart {
+    int from, count, colour;
+};
+
+// Contact of all bodies at a node, before gravity, tools and walls. mass(f, step): mass of field f
+// at the node `step` from this one [kg]; momentum(f): its momentum here; add(f, impulse) changes
+// that. Pairs are taken in order, twice if there are three or more bodies. Each pair conserves
+// momentum to rounding. `labels`: of the fields; with three, the two sides of a cut are bodies, and
+// fields that act as one get one velocity.
+template <int labels, class R, class Mass, class Momentum, class Add>
+HD void separate_fields(const BodyFields<R>& fields, R dx, R dt, Mass&& mass, Momentum&& momentum,
                         Add&& add)
 {
+    constexpr int sides = labels > 1 ? 2 : 1;
+    unsigned parted = 0;  // bits of colours
+    if constexpr (labels > 1) ROLLED
+    for (int c = 1; c <= fields.colours; ++c)
+        if (labelled_clay(fields, c, [&](int f) { return mass(f, Int3{}); }).parted())
+            parted |= 1u << c;
+    const auto part = [&](int k) -> BodyPart {
+        if constexpr (labels == 1) return {1 + k, 1, 1 + k};
+        const int c = 1 + k / sides, side = k % sides, first = 1 + (c - 1) * labels;
+        if (parted >> c & 1) return {first + 1 + side, 1, c};
+        return {first, side ? 0 : labels, c};
+    };
+    const auto mass_of = [&](const BodyPart& p, Int3 step) {
+        if constexpr (labels == 1) return mass(p.from, step);
+        R sum = 0;
+        ROLLED
+        for (int k = 0; k < p.count; ++k) sum += mass(p.from + k, step);
+        return sum;
+    };
+    const auto momentum_of = [&](const BodyPart& p) {
+        if constexpr (labels == 1) return momentum(p.from);
+        Vec3<R> sum{};
+        ROLLED
+        for (int k = 0; k < p.count; ++k) sum = sum + momentum(p.from + k);
+        return sum;
+    };
+    // A field with mass, for the impulse of a part; fields of a part are welded afterwards.
+    const auto field_of = [&](const BodyPart& p) {
+        if constexpr (labels > 1) ROLLED
+        for (int k = 0; k + 1 < p.count; ++k)
+            if (mass(p.from + k, Int3{}) > 0) return p.from + k;
+        return p.from + p.count - 1;
+    };
+    const int parts = sides * fields.colours;
     int here = 0;
     ROLLED
-    for (int c = 1; c <= fields.colours; ++c) here += mass(c, Int3{}) > 0;
-    bool any = false;
+    for (int k = 0; k < parts; ++k) here += mass_of(part(k), Int3{}) > 0;
     ROLLED
     for (int sweep = here < 2 ? 2 : here > 2 ? 0 : 1; sweep < 2; ++sweep) ROLLED
-    for (int a = 1; a < fields.colours; ++a) ROLLED
-    for (int b = a + 1; b <= fields.colours; ++b) {
-        const R mass_a = mass(a, Int3{}), mass_b = mass(b, Int3{});
+    for (int i = 0; i + 1 < parts; ++i) ROLLED
+    for (int j = i + 1; j < parts; ++j) {
+        const BodyPart a = part(i), b = part(j);
+        const R mass_a = mass_of(a, Int3{}), mass_b = mass_of(b, Int3{});
         if (!(mass_a > 0 && mass_b > 0)) continue;
         const Gap<R> gap = gap_between<R>([&](int f, Int3 step) {
-            return f ? fields.per_full[b] * mass(b, step) : fields.per_full[a] * mass(a, step);
+            return f ? fields.per_full[b.colour] * mass_of(b, step)
+                     : fields.per_full[a.colour] * mass_of(a, step);
         });
         if (!gap.found) continue;
         const Vec3<R> impulse =
-            contact_impulse(Node<R>{momentum(a), mass_a}, Node<R>{momentum(b), mass_b}, gap.n,
+            contact_impulse(Node<R>{momentum_of(a), mass_a}, Node<R>{momentum_of(b), mass_b}, gap.n,
                             gap.width * dx / dt, fields.friction);
         if (impulse.x == 0 && impulse.y == 0 && impulse.z == 0) continue;
-        add(a, -impulse), add(b, impulse), any = true;
+        add(field_of(a), -impulse), add(field_of(b), impulse);
     }
-    return any;
+    if constexpr (labels > 1) ROLLED
+    for (int c = 1; c <= fields.colours; ++c)
+        weld_labels(fields.first(c),
+                    labelled_clay(fields, c, [&](int f) { return mass(f, Int3{}); }), momentum,
+                    add);
 }
 
 }  // namespace knead

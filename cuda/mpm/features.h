@@ -18,7 +18,8 @@ struct Features {
     PlasticityClass plasticity = PlasticityClass::elastic;
     bool mean_pressure = false;  // some materials use cell-averaged pressure: see mean_pressure.h
     bool bodies = false;         // a velocity field per colour: see body_contact.h
-    int colours = 0;             // how many: only decides what memory is needed
+    int colours = 0;             // how many: only decides what memory is needed; with blades each
+                                 // has labels_of_clay fields
     bool splats = false;  // Gaussians follow the clay: the stage deform runs, others do not change
     bool operator==(const Features&) const = default;
 
@@ -35,11 +36,19 @@ struct Features {
 // Velocity fields at each node.
 constexpr int field_count(const Features& features)
 {
-    return features.blades ? 3 : 1 + features.colours;
+    if (features.bodies) return 1 + features.colours * (features.blades ? 3 : 1);
+    return features.blades ? 3 : 1;
 }
 
-// Particles per thread block at a time: three velocity fields fill shared memory sooner.
-constexpr int run_length(const Features& features) { return features.blades ? 64 : 128; }
+// Whether a particle scatters to several fields: with blades, but without bodies, whose fields
+// are disjoint.
+constexpr bool shares_fields(const Features& features)
+{
+    return features.blades && !features.bodies;
+}
+
+// Particles per thread block at a time: sums for three fields fill shared memory sooner.
+constexpr int run_length(const Features& features) { return shares_fields(features) ? 64 : 128; }
 
 // All combinations that kernels are compiled for, each with and without fixed_point. A scene uses
 // the first that includes its features. Scenes with blades or sleep use kernels with tools. Kernels
@@ -94,6 +103,30 @@ inline constexpr Features compiled[] = {
      .mean_pressure = true,
      .bodies = true},
     {.tools = true,
+     .rests = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any,
+     .mean_pressure = true,
+     .bodies = true},
+    {.tools = true,
+     .blades = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any,
+     .bodies = true},
+    {.tools = true,
+     .blades = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any,
+     .mean_pressure = true,
+     .bodies = true},
+    {.tools = true,
+     .blades = true,
+     .rests = true,
+     .mixed = true,
+     .plasticity = PlasticityClass::any,
+     .bodies = true},
+    {.tools = true,
+     .blades = true,
      .rests = true,
      .mixed = true,
      .plasticity = PlasticityClass::any,

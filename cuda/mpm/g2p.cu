@@ -84,7 +84,7 @@ struct Masses {
 // converged: still clay is advanced, too, and restored.
 template <Features f>
 __device__ Events advance_particle(const G2pView& d, const SubstepContext& later,
-                                   BlockScratch<f.blades>& scratch, Particle<float>& q)
+                                   BlockScratch<shares_fields(f)>& scratch, Particle<float>& q)
 {
     const int n = later.n - 1;
     // Stored state of the particle. The address is rematerialised: keeping it costs registers.
@@ -158,7 +158,7 @@ constexpr int max_resident = SHARED_KIB / 25;
 template <Features f>
 constexpr int spill_free = f.rests
                                ? (f.plasticity == PlasticityClass::any || SHARED_KIB < 228 ? 3 : 5)
-                           : f.blades                             ? 6
+                           : shares_fields(f)                     ? 6
                            : f.plasticity == PlasticityClass::any ? 3
                            : f.mean_pressure                      ? (f.tools ? 5 : 4)
                            : f.tools                              ? 7
@@ -170,7 +170,7 @@ constexpr int resident = spill_free<f> < max_resident ? spill_free<f> : max_resi
 // scatters it for the next substep.
 template <Features f, int warps>
 __device__ void advance_run(const G2pView& d, const SubstepContext& later,
-                            BlockScratch<f.blades>& scratch, Sums (&sums)[warps],
+                            BlockScratch<shares_fields(f)>& scratch, Sums (&sums)[warps],
                             Particle<float>& q)
 {
     Events happened = advance_particle<f>(d, later, scratch, q);
@@ -191,13 +191,13 @@ __device__ void advance_run(const G2pView& d, const SubstepContext& later,
     if constexpr (f.rests) note_end(d, q, last && happened.moved, later.n - 1);
     if (own.valid) to.store_state(own.at, q);
     if (own.valid && last) to.store_motion(own.at, q);
-    WarpScatter<f.blades, false, f.bodies> scatter{d, scratch.warps, later.n};
+    WarpScatter<shares_fields(f), false, f.bodies> scatter{d, scratch.warps, later.n};
     if constexpr (f.mean_pressure)
         if (own.valid && !last) add_pressure(d.pressure, d.lattice, q, m, later.n);
     const bool heavy = f.rests && stands(d.rest.options.mode, q);
     if (heavy) q.v = held_rise(d.rest.gravity, later.dt), m = as_held(m);
     const float per_mass = f.mixed || heavy ? 1 / m.mass : d.materials.per_mass;
-    const int field = f.bodies ? d.materials.colours[q.object] : 0;
+    const int field = field_of<f>(d.materials, q);
     if (!last) scatter(q, m, per_mass, own.valid, later.dt, field);
     const int own_activity = synchronised<f.rests>(happened.moved);
     if (threadIdx.x == 0) report(later.clock(), later.n - 1, sums, own_activity);
@@ -222,8 +222,8 @@ __global__ void __launch_bounds__(run_length(Case::features), resident<Case::fea
     g2p_kernel(const __grid_constant__ G2pView d)
 {
     constexpr Features f = Case::features;
-    __shared__ BlockScratch<f.blades> scratch;
-    __shared__ Sums sums[scatter_warps<f.blades>];
+    __shared__ BlockScratch<shares_fields(f)> scratch;
+    __shared__ Sums sums[scatter_warps<shares_fields(f)>];
     __shared__ SubstepContext later;
     const Clock& clock = *d.clock;
     constexpr bool rests = f.rests;

@@ -3,6 +3,7 @@
 // block's first blocks of nodes, contact there is evaluated while the previous substep still runs
 // (substep_sync.cuh).
 #include "cuda/contact/cut.h"
+#include "cuda/mpm/body_contact.h"
 #include "cuda/mpm/grid.h"
 #include "cuda/mpm/near_tools.cuh"
 #include "cuda/mpm/sleep.cuh"
@@ -398,13 +399,29 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
     });
 }
 
-// With bodies: one velocity field per colour. Contact between them has changed the momenta already,
-// and field 0 has their masses (bodies.cu); here it gets their mean velocity.
+// The side of a blade on which field f of bodies is kept at the node with index i; uncut: neither,
+// as its clay there moves with uncut clay.
+template <bool fixed_point>
+__device__ unsigned sliced_side(const GridUpdateView& d, int parity, int f, int i)
+{
+    const int label = (f - 1) % labels_of_clay, first = f - label, nodes = d.lattice.node_count();
+    if (label == int(uncut)) return uncut;
+    const auto mass = [&](int k) {
+        return sum_of<fixed_point>(d, parity, (first + k) * nodes + i).m;
+    };
+    const LabelledClay<float> clay{mass(int(uncut)), mass(int(above)), mass(int(below))};
+    return clay.bridged() ? unsigned(uncut) : unsigned(label);
+}
+
+// With bodies: one velocity field per colour, or with blades three, by label. Contact between them
+// has changed the momenta already, and field 0 has their masses (bodies.cu); here it gets their
+// mean velocity.
 template <class Case>
 __global__ void __launch_bounds__(block_nodes, resident_cut)
     body_grid_kernel(const __grid_constant__ GridUpdateView d)
 {
     constexpr bool fixed_point = Case::features.fixed_point;
+    constexpr bool blades = Case::features.blades;
     __shared__ ImageSpace scratch[block_nodes / 32];
     wait_for_previous_stage();
     if (blockIdx.x == 0) return scan_rim(d);
@@ -424,17 +441,31 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
         const bool clay = sum_of<fixed_point>(d, parity, i).m > 0;
         if (clay && is_mirror) return;
         if (!clay) mirrors.mirror_offset = {};
-        const auto tools = [&](Vec3<float> x, Vec3<float> u) {
-            return d.grid_contact ? apply_tools(colliders, mask, x, u) : u;
-        };
         ROLLED
-        for (int f = 1; f < d.fields; ++f)
+        for (int f = 1; f < d.fields; ++f) {
+            // The masses of all fields are still those of p2g: updates leave them unchanged.
+            const unsigned side = blades ? sliced_side<fixed_point>(d, parity, f, i) : uncut;
+            const auto tools = [&](Vec3<float> x, Vec3<float> u) {
+                if (!d.grid_contact) return u;
+                u = apply_tools(colliders, mask, x, u);
+                if constexpr (blades)
+                    if (side != uncut) u = sliced(colliders, mask, x, u, d.lattice.dx, side);
+                return u;
+            };
             node_at(d, parity, f * nodes + i) =
                 updated_in<fixed_point>(d, n, dt, at, f, i, mirrors, tools);
+        }
         ROLLED
         for (int k = 0; k < mirrors.count(); ++k) {
             const int to = mirrors.count() > 1 ? mirrors.index(k) : i;
             Node<float> mean{};
+            if constexpr (blades) ROLLED
+            for (int first = 1; first < d.fields; first += labels_of_clay)
+                weld_velocities<float>(
+                    first, [&](int f) { return node_at(d, parity, f * nodes + to); },
+                    [&](int f, const Node<float>& node) {
+                        node_at(d, parity, f * nodes + to) = node;
+                    });
             ROLLED
             for (int f = 1; f < d.fields; ++f) {
                 const Node<float> own = node_at(d, parity, f * nodes + to);
@@ -457,10 +488,10 @@ struct Launch {
 };
 constexpr auto launch_for = []<class Case>(Case) -> Launch {
     constexpr Features f = Case::features;
-    if constexpr (f.blades)
-        return {cut_grid_kernel<Case>, block_nodes, resident_cut};
-    else if constexpr (f.bodies)
+    if constexpr (f.bodies)
         return {body_grid_kernel<Case>, block_nodes, resident_cut};
+    else if constexpr (f.blades)
+        return {cut_grid_kernel<Case>, block_nodes, resident_cut};
     else
         return {grid_kernel<Case>, threads<f.tools>, resident<f.tools>};
 };

@@ -22,7 +22,7 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
     p2g_kernel(const __grid_constant__ P2gView d)
 {
     constexpr Features f = Case::features;
-    __shared__ WarpScratch<f.blades> scratch;
+    __shared__ WarpScratch<shares_fields(f)> scratch;
     Clock& clock = *d.clock;
     const ConstParticleView& particles = d.particles[clock.side];
     const int n = clock.done;
@@ -34,9 +34,9 @@ __global__ void __launch_bounds__(run_length(Case::features), 4)
         Material<float> m = narrowed<f.plasticity>(d.materials[q.object]);
         const float dt = float(clock.step(n).dt);
         if (f.rests && stands(d.mode, q)) q.v = held_rise(d.gravity, dt), m = as_held(m);
-        const int field = f.bodies ? d.materials.colours[q.object] : 0;
-        WarpScatter<f.blades, true, f.bodies>{d, scratch, n, clock.relisted}(q, m, 1 / m.mass,
-                                                                             valid, dt, field);
+        const int field = field_of<f>(d.materials, q);
+        WarpScatter<shares_fields(f), true, f.bodies>{d, scratch, n, clock.relisted}(
+            q, m, 1 / m.mass, valid, dt, field);
     });
 }
 

@@ -22,7 +22,7 @@ __device__ inline const Mask* near_tools(const NearView& d, const Lattice<float>
     return empty(loaded(mask)) ? nullptr : &mask;
 }
 
-// Nodes of the velocity field for the particle's label, or its colour, in substep n.
+// Nodes of the velocity field for the particle's label, or its colour, or both, in substep n.
 template <bool blades, bool bodies>
 __device__ const float4* nodes_for(const G2pView& d, const Particle<float>& q, int n)
 {

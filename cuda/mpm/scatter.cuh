@@ -26,6 +26,14 @@ namespace knead::gpu {
 // From the stencil's base to its columns, of nodes along z, in the order of `columns`.
 HD constexpr Int3 column_step(int c) { return {c % 3, c / 3, 0}; }
 
+// The field to which a particle scatters, with bodies: that of its colour and label.
+template <Features f>
+__device__ int field_of(const Materials& materials, const Particle<float>& q)
+{
+    if constexpr (!f.bodies) return 0;
+    return materials.colours[q.object] + (f.blades ? int(q.label()) : 0);
+}
+
 // Adds n to *to: one vector atomic where the GPU supports it.
 __device__ inline void add(float4* to, const float4& n)
 {

@@ -29,7 +29,8 @@ struct Materials {
     float per_density, per_mass;  // reciprocals of the first's [m^3/kg, 1/kg]
     const Material<float>* all;   // count
     int count;
-    const int* colours = nullptr;  // count, with bodies: their velocity fields, body_contact.h
+    const int* colours =
+        nullptr;  // count, with bodies: their first velocity fields, body_contact.h
     HD Material<float> operator[](int object) const
     {
         if (count == 1) return first;

@@ -27,7 +27,7 @@ struct DeformView {
     GaussianView splats;
     Clock* clock;
     // reads
-    const int* colours;  // by object, with bodies: their velocity fields
+    const int* colours;  // by object, with bodies: their first velocity fields
 };
 
 // Advection of all Gaussians by `substeps` substeps of dt [s] each (0: none is due), with the

@@ -72,8 +72,11 @@ RunScript::RunScript(const RunOptions& options, Scene& scene, const Note& by)
       note(by),
       file(options.commands),
       first(std::make_shared<const Document>(document_of(scene))),
-      ids(std::uint32_t(first->objects.size()))
+      ids(std::uint32_t(first->objects.size())),
+      watches(scene.own_pieces)
 {
+    if (watches && !given)
+        session = std::make_unique<RunSession>(options, scene, RunSession::Wants{});
     if (!given) return;
     const CommandLog read = read_command_log(file, options.out.empty() ? "." : options.out);
     log = entries_of(read);

@@ -25,7 +25,7 @@ class RunScript {
     // file, or one of another recording.
     void add_recorded(const Scene& scene, const Recording& recording);
 
-    bool any() const { return !log.empty() || given; }
+    bool any() const { return !log.empty() || given || watches; }
     const std::string& recorded_file() const { return beside; }  // "": none
 
     // Applies the log in the run that `watch` observes, of `frames` frames, with the motion of
@@ -62,12 +62,13 @@ class RunScript {
     std::vector<LogEntry> log;
     DocumentPtr first;  // before the first frame
     IdSource ids;
+    const bool watches;                    // pieces become objects
     std::unique_ptr<RecordedHands> hands;  // null: nothing was recorded beside the hands
     std::unique_ptr<CommandReplay> replay;
     std::optional<Recording> recording;  // of the hands that are played
     std::vector<RunSession::Beginning> beginnings;
     std::unique_ptr<SceneEditor> editor;
-    std::unique_ptr<RunSession> session;  // with --commands
+    std::unique_ptr<RunSession> session;  // with --commands, or where pieces become objects
     int frames_before = 0;
 };
 

@@ -91,6 +91,8 @@ struct SplitObject {
     std::vector<std::string> names;
     std::vector<ObjectId>
         ids;  // of the parts in this order; empty: new ones, one of them is the object's
+    // Of the parts in this order; empty: that of the object.
+    std::vector<int> categories{};
 };
 // Begins an object of clay from a nozzle, which source_move lays and source_end ends.
 struct SourceBegin {

@@ -63,6 +63,7 @@ std::string type_of(const Quat<double>&) { return "[w, x, y, z] of length 1"; }
 std::string type_of(const ObjectRef&) { return "number or name"; }
 std::string type_of(const std::vector<ObjectRef>&) { return "list of numbers or names"; }
 std::string type_of(const std::vector<ObjectId>&) { return "list of numbers, optional"; }
+std::string type_of(const std::vector<int>&) { return "list of whole numbers, optional"; }
 std::string type_of(const MaterialSpec&) { return "text or {...}"; }
 std::string type_of(const SceneObject&) { return "{...}"; }
 std::string type_of(Side) { return "left or right"; }

@@ -279,8 +279,11 @@ struct Row<SplitObject> {
                       "of the part before the plane and the one behind it, or of pieces from the "
                       "largest; without one the largest part keeps its name NAME, and others are "
                       "named \"NAME 2\", \"NAME 3\""),
-        command_field("ids", &SplitObject::ids,
-                      "of a log: the numbers of the parts in this order")};
+        command_field("ids", &SplitObject::ids, "of a log: the numbers of the parts in this order"),
+        command_field("categories", &SplitObject::categories,
+                      "of the parts in this order; absent: with `contact.categories` `separate`, "
+                      "pieces but the largest get unused ones, else all have that of the object",
+                      {0, 255})};
 };
 template <>
 struct Row<SourceBegin> {

@@ -77,6 +77,11 @@ struct Writer {
         for (const ObjectId id : ids) to[f.key].push_back(id.value);
     }
     template <class F>
+    void operator()(const F& f, const std::vector<int>& numbers) const
+    {
+        if (!numbers.empty()) to[f.key] = numbers;
+    }
+    template <class F>
     void operator()(const F& f, const MaterialSpec& m) const
     {
         to[f.key] = knead::json_of(m);
@@ -189,6 +194,17 @@ struct Reader {
             if (!one.is_number_unsigned() || one == 0 || one > highest_id)
                 r.fail(f.key, "a list of objects' numbers from 1", described(one));
             ids.push_back({one.get<std::uint32_t>()});
+        }
+    }
+    template <class F>
+    void operator()(const F& f, std::vector<int>& numbers) const
+    {
+        if (!r.has(f.key)) return;
+        for (const Json& one : list(f.key, most_objects)) {
+            if (!one.is_number_unsigned() || one > f.range.high)
+                r.fail(f.key, fmt::format("a list of whole numbers from 0 to {}", f.range.high),
+                       described(one));
+            numbers.push_back(one.get<int>());
         }
     }
     template <class F>

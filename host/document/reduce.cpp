@@ -14,6 +14,7 @@
 #include "host/scene/presets.h"
 #include "host/scene/seed.h"
 #include "host/scene/shapes.h"
+#include "host/surface/mesh.h"
 
 namespace knead {
 namespace {
@@ -81,6 +82,11 @@ struct CheckRanges {
     void operator()(const F& f, const Vec3<double>& v) const
     {
         for (const double x : {v.x, v.y, v.z}) check_range(f.key, x, f.range);
+    }
+    template <class F>
+    void operator()(const F& f, const std::vector<int>& numbers) const
+    {
+        for (const int number : numbers) check_range(f.key, number, f.range);
     }
     template <class F>
     void operator()(const F& f, const Quat<double>& q) const
@@ -357,6 +363,9 @@ class Reduction {
         if (parts < 2 || (c.plane && parts > 2)) refuse("ids", "expected the number of each part");
         const bool open = c.pieces && c.ids.empty();
         check_names(c.names, open ? std::size_t(most_objects) : parts);
+        if (!c.categories.empty() && !open && c.categories.size() != parts)
+            refuse("categories",
+                   fmt::format("expected {} categories, found {}", parts, c.categories.size()));
         std::vector<ObjectId> others = c.ids;
         if (!others.empty() && std::erase(others, whole.id) != 1)
             refuse("ids", fmt::format("expected {} once", whole.id.value));
@@ -373,6 +382,14 @@ class Reduction {
                 o.source.strand = std::make_shared<const Strand>(std::move(ended));
             }
             if (i < c.names.size()) o.name = c.names[i];
+            if (i < c.categories.size()) {
+                // It keeps its look.
+                if (c.categories[i] != whole.category && !whole.colour &&
+                    whole.source.shape != ShapeKind::splats)
+                    o.colour = category_srgb(whole.category);
+                o.category = c.categories[i];
+                check_category(o, "categories");
+            }
             if (keeps)
                 replace_in(next, std::move(o));
             else

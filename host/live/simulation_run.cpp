@@ -209,7 +209,12 @@ void SimulationRun::after(const FrameResult& frame)
         if (editor->edits() != before) ++edits;
     }
     record_frame();
-    history->after_frame(frame);
+    if (history->after_frame(frame)) {
+        ++edits;
+        splats_changed();
+        particles = std::max(particles, solver->particle_count());
+        meshed = -1;  // the frame's surface is made after this
+    }
     if (!frame.stats.cut) return;
     const double left = simulated_period() - frame.stats.reached;
     ++cut;

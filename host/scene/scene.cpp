@@ -192,6 +192,7 @@ void read_contact(ObjectReader& r, Scene& scene)
     setup.passes = r.whole("passes", 0, 16, Setup{}.passes);
     setup.contact.separate = r.choice("categories", category_contacts, false);
     setup.contact.friction = r.number("friction", {0, most_body_friction}, BodyContact{}.friction);
+    scene.own_pieces = r.flag("pieces", false);
     if (!setup.contact.separate) return;
     std::set<int> categories;
     for (const Object& o : scene.objects) categories.insert(o.category);
@@ -199,9 +200,6 @@ void read_contact(ObjectReader& r, Scene& scene)
         r.fail("categories",
                fmt::format("\"weld\", or objects of at most {} categories", most_colours),
                fmt::format("\"separate\" with {}", categories.size()));
-    for (const std::string& held : scene.hands.held)
-        if (scene.has_hands && (held == "knife" || held == "scissors"))
-            r.fail("categories", "\"weld\" for a scene with a knife or scissors", "\"separate\"");
 }
 
 void read_root(ObjectReader& r, Scene& scene)

@@ -102,6 +102,7 @@ struct Scene {
     Int3 stated_cells{};    // of the domain; setup.lattice may have more: move_in()
     Vec3<double> origin{};  // of the simulation's frame in that of the file [m]; move_in()
     std::vector<Object> objects;
+    bool own_pieces = false;  // pieces that were cut or torn off become objects
     HandsOptions hands;
     bool has_hands = false;
     ClockMode clock = ClockMode::wall;

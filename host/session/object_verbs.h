@@ -11,6 +11,7 @@
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
+#include "host/solver/piece_count.h"
 
 namespace knead {
 
@@ -21,8 +22,6 @@ struct PartClay {
     std::vector<Particle<double>> particles;
 };
 
-// Smaller parts do not become objects.
-constexpr std::size_t fewest_particles_in_part = 64;
 // Rescaled clay is resampled outside this range of particles per cell.
 constexpr double fewest_per_cell = 4, most_per_cell = 16;
 

@@ -148,6 +148,7 @@ class SceneEditor {
     ClayEdit edit_of(ScaleObjects& command) const;
     ClayEdit edit_of(MergeObjects& command) const;
     ClayEdit edit_of(SplitObject& command) const;
+    void give_categories(SplitObject& command, ObjectId id) const;
     ClayEdit edit_of(SourceBegin& command) const;
     ClayEdit edit_of(SourceMove& command, const Document& to) const;
     ClayEdit edit_of(SourceEnd& command, const Document& to) const;

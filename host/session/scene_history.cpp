@@ -64,7 +64,8 @@ SceneHistory::SceneHistory(Parts with, const std::string& label, StepSource deci
       none(parts.simulator ? why_none(parts.scene, *parts.simulator)
                            : "this simulator takes no edits (--device cpu:double)"),
       source(decided_by),
-      rule(rule_options(parts.scene))
+      rule(rule_options(parts.scene)),
+      watch(parts.scene)
 {
     if (!none.empty()) return;
     parts.simulator->reserve_snapshots(2);
@@ -246,10 +247,35 @@ CommandAnswer SceneHistory::apply(const Issued& issued, PreparedObject* ready)
     return answer;
 }
 
-void SceneHistory::after_frame(const FrameResult& frame)
+// As commands of the session. They belong to the step of the hands that cut, while it is open.
+bool SceneHistory::split_pieces(const FrameResult& frame)
+{
+    if (source != StepSource::rule || !parts.simulator) return false;
+    bool any = false;
+    for (const ObjectId id :
+         watch.after_frame(frame, presses(frame.stats), parts.editor, *parts.simulator)) {
+        const Command command = SplitObject{{id}, {}, true, {}, {}, {}};
+        const CommandAnswer answer = parts.editor.apply(command);
+        if (answer.refusal) {
+            watch.refused(id);
+            continue;
+        }
+        any = true;
+        emit(CommandEvent{{answer.applied, 0, Origin::script, 0}});
+        last_splats.reset();
+        if (!none.empty()) continue;
+        if (parts.past.current().captured) begin(row_of(command).label), rule.command();
+        parts.past.update(document(),
+                          std::make_shared<const ObjectNumbers>(parts.editor.numbers()));
+    }
+    return any;
+}
+
+bool SceneHistory::after_frame(const FrameResult& frame)
 {
     ++frame_count;
-    if (!none.empty() || source != StepSource::rule) return;
+    const bool split = split_pieces(frame);
+    if (!none.empty() || source != StepSource::rule) return split;
     const bool open = !parts.past.current().captured;
     const bool touched = presses(frame.stats) || parts.editor.carries();
     const double seconds = frame.stats.cut ? frame.stats.reached : parts.loop.duration();
@@ -260,6 +286,7 @@ void SceneHistory::after_frame(const FrameResult& frame)
     if (decision.begins && parts.past.current().captured)
         begin(parts.editor.carries() ? "Carry" : "Press");
     parts.past.evict();
+    return split;
 }
 
 // What is there now becomes a step of its own, which redo or go_to return to.
@@ -288,7 +315,7 @@ void SceneHistory::restore_step(StepId id)
     } else {
         parts.editor.restore(*to, *rows);
         last_splats = to->splats;
-        rule.restored();
+        rule.restored(), watch.restored();
         unreleased = true, released.clear();
         in_step = true;
     }

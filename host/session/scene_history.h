@@ -10,6 +10,7 @@
 #include "host/document/command_table.h"
 #include "host/session/capture_thread.h"
 #include "host/session/history.h"
+#include "host/session/piece_watch.h"
 #include "host/session/scene_editor.h"
 #include "host/session/session_event.h"
 #include "host/session/step_rule.h"
@@ -49,8 +50,9 @@ class SceneHistory {
     // Applies such a command. As SceneEditor::apply(). Precondition: no frame in flight.
     CommandAnswer apply(const Issued& issued, PreparedObject* ready = nullptr);
     // Call after each frame, with no frame in flight, after SceneEditor::after_frame(). May take a
-    // snapshot, never waits.
-    void after_frame(const FrameResult& frame);
+    // snapshot, never waits. Objects that were cut or torn into pieces are split (PieceWatch), in
+    // the open step if there is one. Returns whether one was.
+    bool after_frame(const FrameResult& frame);
     // Tools inside clay that was restored are without effect until they have left it. Call with
     // the motion of each frame.
     void release_tools(Motion& motion);
@@ -84,6 +86,7 @@ class SceneHistory {
     bool extrudes() const;
     bool merges(const Issued& issued) const;
     void begin(const std::string& label);
+    bool split_pieces(const FrameResult& frame);
     std::optional<Refusal> go_to(StepId id);
     void emit(const SessionEvent& event) const;
     DocumentPtr document() const { return parts.editor.document(); }
@@ -93,6 +96,7 @@ class SceneHistory {
     const std::string none;  // why there are no steps
     const StepSource source;
     StepRule rule;
+    PieceWatch watch;
     Issued last{};  // the command that began the open step, of a drag
     bool open_by_command = false, unreleased = false;
     // False: the simulator has the clay of the scene's beginning, not that of the current step.

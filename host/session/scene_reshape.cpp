@@ -5,6 +5,7 @@
 #include <cmath>
 #include <new>
 #include <optional>
+#include <set>
 #include <unordered_map>
 
 #include "cuda/mpm/walls.h"
@@ -13,6 +14,7 @@
 #include "host/scene/object_json.h"
 #include "host/scene/soften.h"
 #include "host/session/scene_editor.h"
+#include "host/solver/bodies.h"
 
 namespace knead {
 namespace {
@@ -551,6 +553,24 @@ std::vector<ObjectId> part_ids(const std::vector<ObjectId>& given, ObjectId id, 
 
 }  // namespace
 
+// Pieces of bodies that do not weld are bodies, too: each but the one that keeps `id` gets an
+// unused category. Where there is none left, pieces have that of the object, and weld where they
+// touch.
+void SceneEditor::give_categories(SplitObject& command, ObjectId id) const
+{
+    if (command.plane || !command.categories.empty() || !parts.scene.setup.contact.separate) return;
+    std::set<int> used;
+    for (const auto& o : now->objects) used.insert(o->category);
+    const int own = now->find(id)->category;
+    int next = 0;
+    for (const ObjectId part : command.ids) {
+        command.categories.push_back(own);
+        if (part == id || used.size() >= std::size_t(most_bodies)) continue;
+        while (used.contains(next)) ++next;
+        command.categories.back() = next, used.insert(next);
+    }
+}
+
 SceneEditor::ClayEdit SceneEditor::edit_of(SplitObject& command) const
 {
     const SnapshotData all = parts.simulator->held(*parts.simulator->snapshot());
@@ -564,6 +584,7 @@ SceneEditor::ClayEdit SceneEditor::edit_of(SplitObject& command) const
     const Pieces pieces =
         parts_of(command, clay, places, origin, parts.simulator->config().lattice);
     command.ids = part_ids(command.ids, id, ids, pieces);
+    give_categories(command, id);
     ClayEdit edit = unchanged(all);
     edit.gone = numbers, edit.objects.at(id).clear();
     // Index of the new part of each old one and piece; -1: none.
@@ -577,6 +598,8 @@ SceneEditor::ClayEdit SceneEditor::edit_of(SplitObject& command) const
         for (std::size_t piece = 0; piece < count_of_pieces; ++piece) {
             if (of_piece[piece].particles.empty()) continue;
             part_of[k][piece] = int(edit.added.size());
+            if (!command.categories.empty())
+                of_piece[piece].material.category = command.categories.at(piece);
             edit.added.push_back({command.ids[piece], std::move(of_piece[piece])});
         }
     }

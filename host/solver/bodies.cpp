@@ -18,10 +18,6 @@ Bodies bodies_of(const SimulationConfig& config)
     const bool blades =
         config.cuts || std::any_of(config.tools.begin(), config.tools.end(),
                                    [](const Tool<double>& tool) { return tool.blade; });
-    if (blades)
-        throw std::invalid_argument(
-            "contact.categories \"separate\" with a knife, scissors or clay that is cut: both "
-            "need the same velocity fields; use \"weld\"");
     std::set<int> categories;
     for (const Material<double>& m : config.materials)
         if (there(m)) categories.insert(m.category);
@@ -30,8 +26,8 @@ Bodies bodies_of(const SimulationConfig& config)
             "contact.categories \"separate\" with {} categories: there are velocity fields for {}",
             categories.size(), most_colours));
     if (categories.size() < 2) return bodies;
-    bodies.colours = int(categories.size());
-    double densest[most_fields] = {};
+    bodies.colours = int(categories.size()), bodies.labels = blades ? labels_of_clay : 1;
+    double densest[1 + most_colours] = {};
     for (std::size_t i = 0; i < config.materials.size(); ++i) {
         const Material<double>& m = config.materials[i];
         if (!there(m)) continue;

@@ -116,6 +116,10 @@ class EditableSimulator : public Simulator {
     // As edited. The material of a removed object is all zero.
     virtual const SimulationConfig& config() const = 0;
 
+    // The number of connected pieces by group of objects, see piece_count.h. Precondition: no frame
+    // in flight.
+    virtual std::vector<int> piece_counts(std::span<const int> group, int groups) const;
+
     virtual std::shared_ptr<const Snapshot> snapshot() const = 0;
     // Precondition: the snapshot is of this simulator. Throws std::invalid_argument otherwise.
     virtual void restore(const Snapshot& snapshot) = 0;

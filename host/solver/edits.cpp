@@ -16,6 +16,7 @@
 #include "host/base/parallel.h"
 #include "host/solver/bodies.h"
 #include "host/solver/material_spec.h"
+#include "host/solver/piece_count.h"
 
 namespace knead {
 namespace {
@@ -83,6 +84,11 @@ Material<double> of_volume(Material<double> m, double volume)
 }
 
 }  // namespace
+
+std::vector<int> EditableSimulator::piece_counts(std::span<const int> group, int groups) const
+{
+    return knead::piece_counts(particles(), config().lattice, config().materials, group, groups);
+}
 
 SomeGaussians EditableSimulator::gaussians_of(const Snapshot& snapshot,
                                               std::span<const int> objects) const
@@ -494,7 +500,8 @@ void check_state(const SavedState& state, const SimulationConfig& of)
                 state.stiffness >= 0 && std::isfinite(state.stiffness),
             "the state's speed or stiffness is invalid");
     const SceneState rules(state);
-    const int fields = rules.config().cuts ? 3 : bodies_of(rules.config()).fields();
+    const Bodies bodies = bodies_of(rules.config());
+    const int fields = bodies.colours > 0 ? bodies.fields() : rules.config().cuts ? 3 : 1;
     const long places = long(fields) * sliding_places(s.lattice.size, s.walls);
     for (const SlidingNode& n : state.sliding)
         require(n.place >= 0 && n.place < places && n.force >= 0 && std::isfinite(n.force) &&

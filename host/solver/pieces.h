@@ -6,6 +6,7 @@
 #include "cuda/mpm/lattice.h"
 #include "cuda/mpm/particle.h"
 #include "cuda/splats/deform.h"
+#include "host/solver/bodies.h"
 #include "host/solver/cpu/tools.h"
 
 namespace knead {
@@ -38,36 +39,70 @@ template <class R>
 void take_labels(std::vector<Gaussian<R>>& splats, std::size_t from,
                  const std::vector<Particle<R>>& q, const Lattice<R>& lattice);
 
+// Calls visit(clay, Gaussians, their indices in q) for the clay of each colour, by object, and
+// stores their labels; for all clay if there are no colours. Labels part clay of one colour only,
+// and clay of two colours is not connected.
+template <class R, class Visit>
+void for_each_colour(std::vector<Particle<R>>& q, std::vector<Gaussian<R>>& splats,
+                     const std::vector<int>& colour, int colours, Visit&& visit)
+{
+    for (int c = 1; c <= colours; ++c) {
+        std::vector<std::size_t> of_clay, of_splats;
+        std::vector<Particle<R>> clay;
+        std::vector<Gaussian<R>> followers;
+        for (std::size_t i = 0; i < q.size(); ++i)
+            if (colour[std::size_t(q[i].object)] == c) of_clay.push_back(i), clay.push_back(q[i]);
+        for (std::size_t i = 0; i < splats.size(); ++i)
+            if (colour[std::size_t(splats[i].object)] == c)
+                of_splats.push_back(i), followers.push_back(splats[i]);
+        visit(clay, followers, of_clay);
+        for (std::size_t i = 0; i < clay.size(); ++i) q[of_clay[i]].sides = clay[i].sides;
+        for (std::size_t i = 0; i < followers.size(); ++i)
+            splats[of_splats[i]].sides = followers[i].sides;
+    }
+    if (colours > 0) return;
+    std::vector<std::size_t> all(q.size());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+    visit(q, splats, all);
+}
+
 // At the end of a frame. `covered`: a blade was in the clay. The start of a stroke clears old
-// labels near the blade; its end labels complete pieces. mask_at(x): candidate primitives at x.
-// Gaussians follow. Returns true if labels may have changed.
+// labels near the blade; its end labels complete pieces, colour by colour. mask_at(x): candidate
+// primitives at x. Gaussians follow. Returns true if labels may have changed.
 template <class R, class MaskAt>
 bool relabel_pieces(std::vector<Particle<R>>& q, std::vector<Gaussian<R>>& splats,
-                    const Lattice<R>& lattice, const Colliders<R>& tools, MaskAt&& mask_at,
-                    bool covered, bool was_covered)
+                    const Lattice<R>& lattice, const Bodies& bodies, const Colliders<R>& tools,
+                    MaskAt&& mask_at, bool covered, bool was_covered)
 {
     if (covered == was_covered) return false;
-    std::vector<std::uint32_t> before(splats.empty() ? 0 : q.size());
-    for (std::size_t i = 0; i < before.size(); ++i) before[i] = q[i].label();
-    if (covered) {
-        std::vector<R> height(q.size(), 0);
-        for (std::size_t i = 0; i < q.size(); ++i)
-            for_each_blade(tools, mask_at(q[i].x), q[i].x, lattice.dx,
-                           [&](const Seen<R>& b, const Tool<R>&) { height[i] = b.h; });
-        forget(q, lattice, height);
-    } else {
-        relabel(q, lattice);
-    }
-    follow_labels(splats, q, before, lattice);
+    std::vector<R> height(covered ? q.size() : 0, 0);
+    for (std::size_t i = 0; i < height.size(); ++i)
+        for_each_blade(tools, mask_at(q[i].x), q[i].x, lattice.dx,
+                       [&](const Seen<R>& b, const Tool<R>&) { height[i] = b.h; });
+    for_each_colour(q, splats, bodies.colour, bodies.colours,
+                    [&](std::vector<Particle<R>>& clay, std::vector<Gaussian<R>>& followers,
+                        const std::vector<std::size_t>& at) {
+                        std::vector<std::uint32_t> before(followers.empty() ? 0 : clay.size());
+                        for (std::size_t i = 0; i < before.size(); ++i) before[i] = clay[i].label();
+                        if (covered) {
+                            std::vector<R> heights;
+                            for (const std::size_t i : at) heights.push_back(height[i]);
+                            forget(clay, lattice, heights);
+                        } else {
+                            relabel(clay, lattice);
+                        }
+                        follow_labels(followers, clay, before, lattice);
+                    });
     return true;
 }
 template <class R>
 bool relabel_pieces(std::vector<Particle<R>>& q, std::vector<Gaussian<R>>& splats,
-                    const Lattice<R>& lattice, const PosedTools<R>& posed, bool covered,
-                    bool was_covered)
+                    const Lattice<R>& lattice, const Bodies& bodies, const PosedTools<R>& posed,
+                    bool covered, bool was_covered)
 {
     const auto mask_at = [&](Vec3<R> x) -> const Mask& { return posed.mask_at(lattice, x); };
-    return relabel_pieces(q, splats, lattice, posed.colliders(), mask_at, covered, was_covered);
+    return relabel_pieces(q, splats, lattice, bodies, posed.colliders(), mask_at, covered,
+                          was_covered);
 }
 
 }  // namespace knead

@@ -41,7 +41,9 @@ Reference::Reference(const Setup& given)
     for (const Binding<float>& b : scene.rig.spheres) bindings.push_back(cast<double>(b));
     for (const Tool<double>& t : scene.tools) blades = blades || t.blade;
     for (const Particle<double>& p : q) blades = blades || p.label() != 0;
-    fields.resize(blades ? 3 : std::size_t(bodies.fields())), sliding.resize(fields.size());
+    scene.cuts = blades, bodies = bodies_of(scene);
+    fields.resize(bodies.colours > 0 ? std::size_t(bodies.fields()) : blades ? 3 : 1);
+    sliding.resize(fields.size());
     for (auto& field : fields) field.resize(std::size_t(scene.lattice.node_count()));
     for (auto& field : sliding)
         field.resize(std::size_t(sliding_places(given.lattice.size, given.walls)));
@@ -138,16 +140,35 @@ void Reference::separate(double dt)
     const BodyFields<double> constants = body_fields<double>(bodies, scene);
     const auto update = [&](std::size_t slot) {  // changes the node's momenta; masses stay
         const Int3 n = lattice.node_at(occupied[slot]);
-        const auto node = [&](int colour, Int3 at) -> Node<double>& {
-            return fields[std::size_t(colour)][std::size_t(lattice.index(at))];
+        const auto node = [&](int field, Int3 at) -> Node<double>& {
+            return fields[std::size_t(field)][std::size_t(lattice.index(at))];
         };
-        separate_fields(
-            constants, lattice.dx, dt,
-            [&](int c, Int3 step) { return lattice.stores(n + step) ? node(c, n + step).m : 0.0; },
-            [&](int c) { return node(c, n).p; },
-            [&](int c, Vec3<double> impulse) { node(c, n).p = node(c, n).p + impulse; });
+        const auto mass = [&](int f, Int3 step) {
+            return lattice.stores(n + step) ? node(f, n + step).m : 0.0;
+        };
+        const auto momentum = [&](int f) { return node(f, n).p; };
+        const auto add = [&](int f, Vec3<double> impulse) {
+            node(f, n).p = node(f, n).p + impulse;
+        };
+        if (constants.labels > 1)
+            separate_fields<labels_of_clay>(constants, lattice.dx, dt, mass, momentum, add);
+        else
+            separate_fields<1>(constants, lattice.dx, dt, mass, momentum, add);
     };
     parallel_for(occupied.size(), LoopOptions{.threads = threads}, update);
+}
+
+// The side of a blade on which field f of bodies is kept at node n; uncut: neither, as its clay
+// there moves with uncut clay.
+std::uint32_t Reference::sliced_side(std::size_t f, Int3 n) const
+{
+    const int labels = bodies.labels, label = int(f - 1) % labels, first = int(f) - label;
+    const auto mass = [&](int k) {
+        return fields[std::size_t(first + k)][std::size_t(scene.lattice.index(n))].m;
+    };
+    if (labels == 1) return uncut;
+    const LabelledClay<double> clay{mass(uncut), mass(above), mass(below)};
+    return clay.bridged() ? std::uint32_t(uncut) : std::uint32_t(label);
 }
 
 // Momenta become velocities (3), (18), (18a); beside a blade each label has its own (24), (25). A
@@ -169,12 +190,12 @@ void Reference::grid(double dt)
         Node<double> v[most_fields][8] = {};
         const bool apart = bodies.colours > 0;
         for (std::size_t f = apart; f < fields.size(); ++f) {
+            const std::uint32_t side = !blades ? uncut : apart ? sliced_side(f, n) : unsigned(f);
             const auto obstacles = [&](Vec3<double>& u) {
                 if (!scene.grid_contact) return false;
                 const Vec3<double> x = lattice.position(n), free = u;
                 u = apply_tools(tools, active, x, u);
-                if (blades && f != uncut)
-                    u = sliced(tools, active, x, u, lattice.dx, std::uint32_t(f));
+                if (side != uncut) u = sliced(tools, active, x, u, lattice.dx, side);
                 return differ(u, free);
             };
             for (int k = 0; k < mirror_count(mirror_offset); ++k)
@@ -190,8 +211,8 @@ void Reference::grid(double dt)
         }
         for (int k = 0; k < mirror_count(mirror_offset); ++k) {
             const Int3 m = mirror_node(n, mirror_offset, k);
-            Node<double> one[3] = {v[uncut][k], v[above][k], v[below][k]};
-            if (blades)
+            Node<double> one[3] = {v[uncut][k], v[above][k], v[below][k]};  // without bodies
+            if (blades && !apart)
                 divide(one, {one[uncut].m, one[above].m, one[below].m}, [&] {
                     return slope(lattice, m, [&](Int3 other) {  // masses are unchanged here
                         return at(below, other).m - at(above, other).m;
@@ -200,6 +221,10 @@ void Reference::grid(double dt)
             if (apart) {
                 Vec3<double> sum{};
                 double mass = 0;
+                for (int c = 1; bodies.labels > 1 && c <= bodies.colours; ++c)
+                    weld_velocities<double>(
+                        1 + (c - 1) * bodies.labels, [&](int f) { return v[f][k]; },
+                        [&](int f, const Node<double>& node) { v[f][k] = node; });
                 for (std::size_t f = 1; f < fields.size(); ++f) {
                     at(f, m).p = v[f][k].p;
                     sum = sum + v[f][k].m * v[f][k].p, mass += v[f][k].m;
@@ -337,7 +362,7 @@ void Reference::end_cuts()
     if (!blades) return;
     const bool covered = stats[Count::covered] > 0;
     const auto everywhere = [&](Vec3<double>) -> const Mask& { return active; };
-    relabel_pieces(q, splats, scene.lattice, colliders(), everywhere, covered, was_covered);
+    relabel_pieces(q, splats, scene.lattice, bodies, colliders(), everywhere, covered, was_covered);
     was_covered = covered;
 }
 

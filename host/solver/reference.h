@@ -49,8 +49,8 @@ class Reference : public Simulator {
 
     // By Lattice::index: momentum and mass after p2g(), velocity and mass after grid(). Field 0
     // sums all clay; in scenes with blades the field of a label omits the clay of the other label
-    // (25); with bodies the field of a colour has the clay of this colour (25a), and field 0 the
-    // mean velocity.
+    // (25); with bodies the field of a colour has the clay of this colour (25a), or of one label of
+    // it, and field 0 the mean velocity.
     const std::vector<Node<double>>& nodes(int field = uncut) const
     {
         return fields[std::size_t(field)];
@@ -64,10 +64,11 @@ class Reference : public Simulator {
     Extremes extremes() const;
     long active_blocks() const;
     void end_cuts();
+    std::uint32_t sliced_side(std::size_t field, Int3 node) const;
     // Index of the velocity field of clay of an object with this label.
     std::size_t field_of(int object, std::uint32_t label) const
     {
-        return bodies.colours > 0 ? std::size_t(bodies.colour[std::size_t(object)])
+        return bodies.colours > 0 ? std::size_t(bodies.field_of(object, label))
                : blades           ? std::size_t(label)
                                   : std::size_t(uncut);
     }

@@ -44,14 +44,29 @@ int components(const Mesh& mesh)
     return count;
 }
 
-Vec3<float> category_colour(int category)
+namespace {
+
+// sRGB, by a sculptor's names: terracotta, teal, ochre, plum, sage, brick, sky, sand, moss, rose,
+// slate, ivory.
+unsigned palette_colour(int category)
 {
-    // sRGB, by a sculptor's names: terracotta, teal, ochre, plum, sage, brick, sky, sand, moss,
-    // rose, slate, ivory.
     constexpr unsigned palette[] = {0xc8643c, 0x2a9d8f, 0xe2a72e, 0x7b3f8c, 0x9cbf88, 0x8f2d24,
                                     0x5aa9e6, 0xd9c08c, 0x4f6b2a, 0xe58fb1, 0x44566c, 0xf4efe2};
     constexpr int colours = int(std::size(palette));
-    const unsigned rgb = palette[(category % colours + colours) % colours];
+    return palette[(category % colours + colours) % colours];
+}
+
+}  // namespace
+
+Vec3<double> category_srgb(int category)
+{
+    const unsigned rgb = palette_colour(category);
+    return {(rgb >> 16) / 255.0, (rgb >> 8 & 255) / 255.0, (rgb & 255) / 255.0};
+}
+
+Vec3<float> category_colour(int category)
+{
+    const unsigned rgb = palette_colour(category);
     const auto linear = [](unsigned channel) {  // IEC 61966-2-1
         const float s = float(channel & 255) / 255;
         return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);

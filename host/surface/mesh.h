@@ -67,6 +67,7 @@ int components(const Mesh& mesh);
 
 // Colour of a category, linear RGB, distinct for the first dozen.
 Vec3<float> category_colour(int category);
+Vec3<double> category_srgb(int category);  // the same in sRGB, 0 to 1
 
 void move_by(std::vector<Mesh>& meshes, Vec3<double> by);  // [m]
 

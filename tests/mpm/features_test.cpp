@@ -37,6 +37,21 @@ TEST(Features, EverySceneIsServedByKernelsThatHaveAllItUses)
     for (const Features& used : scenes()) EXPECT_TRUE(served<all_of>(used).include(used));
 }
 
+TEST(Features, BodiesAreServedWithBladesAndWithout)
+{
+    for (Features used : scenes()) {
+        used.bodies = used.tools = true, used.colours = 2;
+        const Features f = served<all_of>(used);
+        EXPECT_TRUE(f.include(used));
+        EXPECT_TRUE(f.bodies);
+        EXPECT_EQ(f.blades, used.blades);
+        EXPECT_EQ(f.rests, used.rests);
+        EXPECT_EQ(f.mean_pressure, used.mean_pressure);
+        EXPECT_EQ(field_count(used), used.blades ? 7 : 3);
+        EXPECT_EQ(run_length(f), 128);
+    }
+}
+
 TEST(Features, ASceneIsNotGivenWhatCostsMostUnlessItUsesIt)
 {
     for (const Features& used : scenes()) {

@@ -7,9 +7,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 
+#include "host/hands/hands.h"
 #include "host/scene/presets.h"
 #include "host/solver/audit.h"
+#include "host/solver/pieces.h"
 #include "host/verify/cases.h"
 #include "host/verify/clay.h"
 #include "tests/solver/back_ends.h"
@@ -336,6 +339,162 @@ TEST_P(BodiesTouch, LiquidsAndPlasticBodiesToo)
     EXPECT_LT(closest, 1.3 * h);
 }
 
+// A knife 2 mm thick, its edge along z at the joint's height, its sheet in the plane x of the
+// joint.
+void add_knife(Given& s)
+{
+    const Vec3<float> corner[3] = {{0, 0, -0.2f}, {0, 0, 0.2f}, {0, 0.3f, 0}};
+    for (const Vec3<float>& c : corner) {
+        Binding<float> b{};
+        b.weight[0] = 1, b.offset[0] = c, b.radius = 5e-4f;
+        s.rig.spheres.push_back(b);
+    }
+    s.rig.primitives = {{3, {0, 1, 2}, 0}};
+    s.tools = {{ContactMode::separate, 0.1, true, true}};
+}
+
+// Draws the knife down to a height, up again, and waits `rest` frames.
+template <class Each>
+void stroke(Simulator& solver, Vec3<double> above, double to, int rest, Each&& each)
+{
+    const double frame = 1.0 / 60;
+    Motion motion;
+    motion.from.assign(2 * joint_count, {{1, 0, 0, 0}, above});
+    motion.to = motion.from;
+    const auto move = [&](double height) {
+        motion.from[0] = motion.to[0];
+        motion.to[0].p.y = height;
+        solver.advance(motion, frame);
+        each();
+    };
+    for (int f = 1; f <= 15; ++f) move(above.y + (to - above.y) * f / 15);
+    for (int f = 1; f <= 8; ++f) move(to + (above.y - to) * f / 8);
+    for (int f = 0; f < rest; ++f) move(above.y);
+}
+
+std::vector<int> pieces_of(const Particles& all, int object, const Lattice<double>& lattice)
+{
+    Particles clay;
+    for (const auto& q : all)
+        if (q.object == object) clay.push_back(q);
+    std::vector<int> piece;
+    std::vector<int> size(std::size_t(pieces(clay, lattice, piece)), 0);
+    for (const int p : piece) ++size[std::size_t(p)];
+    return size;
+}
+
+// The gap between the bodies 0 and 1 at 2.5 to 5 cells on both sides of a cut in the plane x
+// [h], from the mean of the highest and lowest particles of columns of a cell.
+double gap_beside(const Particles& all, double x)
+{
+    struct Column {
+        double high = -1e9, low = 1e9;
+    };
+    std::map<std::pair<int, int>, Column> columns;
+    for (const auto& q : all) {
+        const double away = std::fabs(q.x.x - x) / dx;
+        if (away < 2.5 || away > 5) continue;
+        Column& c = columns[{int(std::floor(q.x.x / dx)), int(std::floor(q.x.z / dx))}];
+        if (q.object == 0) c.high = std::fmax(c.high, q.x.y);
+        if (q.object == 1) c.low = std::fmin(c.low, q.x.y);
+    }
+    double sum = 0, count = 0;
+    for (const auto& [at, c] : columns)
+        if (c.high > -1e9 && c.low < 1e9) sum += c.low - c.high, ++count;
+    return sum / count / h;
+}
+
+Material<double> plastic(int category)
+{
+    Material<double> m = elastic(2e5, 0.3, 1000);
+    m.plasticity = Plasticity::von_mises, m.yield = 8e3, m.category = category;
+    return m;
+}
+
+// A knife that parts the upper of two bodies: the lower one stays whole, and bears both halves
+// without a gap; the halves are no longer held together.
+TEST_P(BodiesTouch, AndAKnifePartsTheUpperOfTwo)
+{
+    Given s = box({20, 20, 14}, 0.4);
+    const Vec3<double> at = s.walls.min;
+    fill(s, plastic(0), at + dx * Vec3<double>{2, 0, 2}, at + dx * Vec3<double>{18, 3, 12}, 2);
+    fill(s, plastic(1), at + dx * Vec3<double>{4, 3, 3}, at + dx * Vec3<double>{16, 7, 11}, 2);
+    add_knife(s);
+    const auto solver = make(s);
+    const double table = at.y + 3 * dx, middle = at.x + 10 * dx;
+    double most = 0;
+    const Vec3<double> start{middle, at.y + 9 * dx, at.z + 7 * dx};
+    stroke(*solver, start, table, 12, [&] {
+        for (const auto& q : solver->particles())
+            if (length(q.v) > most) most = length(q.v);
+    });
+    note("fastest [m/s]", most);
+    EXPECT_LT(most, 1.5);
+    const Particles all = solver->particles();
+    EXPECT_EQ(pieces_of(all, 0, s.lattice).size(), 1u);
+    const std::vector<int> size = pieces_of(all, 1, s.lattice);
+    ASSERT_GE(size.size(), 2u);
+    EXPECT_GT(size[1], (size[0] + size[1]) * 2 / 5);
+    const double rest = gap_beside(all, middle);
+    note("gap", rest);
+    EXPECT_GE(rest, 0.8);
+    EXPECT_LE(rest, 1.14);
+    // Drawn apart, each half goes its way.
+    Given after = s;
+    after.gravity = {}, after.rig = {}, after.tools = {{ContactMode::separate, 0, true, true}};
+    after.particles = all;
+    for (auto& q : after.particles)
+        q.C = {}, q.v = {q.object == 0 ? 0 : q.x.x < middle ? -0.4 : 0.4, 0, 0};
+    after.contact.friction = 0;
+    const auto apart = make(after);
+    Motion still;
+    still.from.assign(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}}), still.to = still.from;
+    apart->advance(still, 0.02);
+    double speed = 0, count = 0;
+    for (const auto& q : apart->particles())
+        if (q.object == 1) speed += std::fabs(q.v.x), ++count;
+    note("kept", speed / count / 0.4);
+    EXPECT_GT(speed / count, 0.97 * 0.4);
+}
+
+// A knife through two bodies at once parts both; momentum stays as it is with the knife away.
+TEST_P(BodiesTouch, AndAKnifePartsTwoAtOnce)
+{
+    Given s = box({20, 16, 12}, 0.4);
+    const Vec3<double> at = s.walls.min;
+    fill(s, plastic(0), at + dx * Vec3<double>{4, 0, 2}, at + dx * Vec3<double>{16, 3, 10}, 2);
+    fill(s, plastic(1), at + dx * Vec3<double>{4, 3, 2}, at + dx * Vec3<double>{16, 6, 10}, 2);
+    add_knife(s);
+    const auto solver = make(s);
+    stroke(*solver, {at.x + 10 * dx, at.y + 9 * dx, at.z + 6 * dx}, at.y - dx, 6, [] {});
+    const Particles all = solver->particles();
+    for (int object = 0; object < 2; ++object) {
+        const std::vector<int> size = pieces_of(all, object, s.lattice);
+        ASSERT_EQ(size.size(), 2u) << object;
+        EXPECT_GT(size[1], size[0] * 2 / 3);
+    }
+    const double rest = gap_beside(all, at.x + 10 * dx);
+    note("gap", rest);
+    EXPECT_GE(rest, 0.8);
+    EXPECT_LE(rest, 1.14);
+    Given after = s;  // the four parts meet in flight
+    after.gravity = {}, after.rig = {}, after.tools = {{ContactMode::separate, 0, true, true}};
+    after.particles = all;
+    for (auto& q : after.particles) {
+        q.C = {}, q.x.y += 5 * dx;
+        q.v = {q.x.x < at.x + 10 * dx ? 0.3 : -0.1, q.object == 1 ? -0.3 : 0, 0};
+    }
+    const Vec3<double> before = momentum_of(after, after.particles);
+    const auto meet = make(after);
+    Motion still;
+    still.from.assign(2 * joint_count, {{1, 0, 0, 0}, {0, 0, 0}}), still.to = still.from;
+    meet->advance(still, 0.005);
+    const Particles met = meet->particles();
+    const double change = length(momentum_of(after, met) - before) / length(before);
+    note("momentum 1e6", 1e6 * change);
+    EXPECT_LT(change, GetParam().reference ? 1e-12 : 1e-5);
+}
+
 // One category: the bits of welded clay. Bodies far from each other: theirs, too.
 TEST_P(BodiesTouch, NothingChangesWhereNoneTouch)
 {
@@ -423,7 +582,7 @@ TEST_P(Bodies, AreAsTheReferenceHasThem)
     EXPECT_LT(worst, 2e-6);
 }
 
-TEST_P(Bodies, AreOfFourCategoriesAtMostAndWithoutBlades)
+TEST_P(Bodies, AreOfFourCategoriesAtMost)
 {
     Given s = box({30, 12, 12}, 0.4);
     for (int k = 0; k < 4; ++k) put(s, {1 + 6.0 * k, 1, 1}, {2, 2, 2});
@@ -440,10 +599,41 @@ TEST_P(Bodies, AreOfFourCategoriesAtMostAndWithoutBlades)
     EXPECT_THROW(GetParam().make(s), std::invalid_argument);
     s.contact.separate = false;
     GetParam().make(s);
-    s = box({12, 12, 12}, 0.4);
-    put(s, {1, 1, 1}, {2, 2, 2});
-    s.cuts = true;
-    EXPECT_THROW(GetParam().make(s), std::invalid_argument);
+}
+
+// The same with a knife in the upper body, and clay that is cut already.
+TEST_P(Bodies, AreAsTheReferenceHasThemWithAKnifeToo)
+{
+    Given s = box({20, 16, 12}, 0.4);
+    const Vec3<double> at = s.walls.min;
+    put(s, {3, 0, 2}, {14, 3, 8});
+    put(s, {4, 3.1, 3}, {12, 4, 6}, 2000);
+    add_knife(s);
+    for (auto& q : s.particles)
+        if (q.object == 1 && q.x.x > at.x + 7 * dx && q.x.x < at.x + 13 * dx)
+            q.sides = q.x.x < at.x + 10 * dx ? below : above;
+    s = rounded_to_float(s);
+    s.contact.friction = double(float(s.contact.friction));
+    const auto mine = GetParam().make(s);
+    Reference reference(s);
+    Motion motion;
+    motion.from.assign(2 * joint_count, {{1, 0, 0, 0}, at + dx * Vec3<double>{10, 5, 6}});
+    motion.to = motion.from;
+    for (int f = 0; f < 4; ++f) {
+        motion.from[0] = motion.to[0];
+        motion.to[0].p.y -= 0.2 * dx;
+        mine->advance(motion, 0.004), reference.advance(motion, 0.004);
+    }
+    const Particles one = mine->particles(), other = reference.particles();
+    double worst = 0;
+    long labels = 0;
+    for (std::size_t i = 0; i < one.size(); ++i) {
+        worst = std::fmax(worst, length(one[i].x - other[i].x));
+        labels += one[i].label() != other[i].label();
+    }
+    fmt::print("    {}: apart by {:.3g} m, {} labels differ\n", GetParam().name, worst, labels);
+    EXPECT_LT(worst, 2e-5);
+    EXPECT_LE(labels, long(one.size()) / 1000);
 }
 
 // A category that changes, an object that is added or removed: the fields follow.

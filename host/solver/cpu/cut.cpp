@@ -8,24 +8,25 @@ namespace knead {
 inline namespace KNEAD_CPU_LEVEL {
 
 // Sets `split` for all blocks if anywhere clay of both labels, of two colours, or a blade, is close
-// enough to share a node with clay of another label. It is set for all blocks, because a labelled
-// particle always gathers from its own field.
+// enough to share a node with clay of another label or colour. It is set for all blocks, because a
+// labelled particle always gathers from its own field.
 template <class R>
 bool CpuSolver<R>::find_splits()
 {
+    constexpr int sides = above | below;  // then a bit for each colour
     std::vector<char> labels(split.size(), 0);
     const bool colours = bodies.colours > 0;
     for (std::size_t slot = 0; slot < bins.occupied.size(); ++slot) {
         char& l = labels[std::size_t(bins.occupied[slot])];
         for (int i : bins.members(int(slot))) {
             const Particle<R>& p = q[std::size_t(i)];
-            l = char(l | (colours ? 1u << (field_of(p.object, 0) - 1) : p.label()));
+            l = char(l | p.label() | (colours ? 2u << bodies.colour[std::size_t(p.object)] : 0));
         }
     }
     for (Int3 b : posed.masked)
         for_each_candidate(posed.masks[std::size_t(lattice.block_of(4 * b))], [&](int i) {
             if (posed.tools[std::size_t(posed.primitives[std::size_t(i)].tool)].blade)
-                labels[std::size_t(lattice.block_of(4 * b))] = above | below;
+                labels[std::size_t(lattice.block_of(4 * b))] |= char(sides);
         });
     const Int3 size = lattice.blocks();
     const auto seen_from = [&](Int3 at) {
@@ -38,7 +39,8 @@ bool CpuSolver<R>::find_splits()
     };
     const bool any = std::any_of(bins.occupied.begin(), bins.occupied.end(), [&](int b) {
         const int seen = seen_from(lattice.block_at(b));
-        return colours ? (seen & (seen - 1)) != 0 : seen == (above | below);
+        const int bodies_near = seen & ~sides;
+        return (bodies_near & (bodies_near - 1)) != 0 || (seen & sides) == sides;
     });
     std::fill(split.begin(), split.end(), char(any));
     return any;
@@ -68,16 +70,25 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, ThreadSta
         for (int k = 0; k < count; ++k) v[f][k] = summed(sums[f], mirror_node(n, across, k));
     for (int k = 0; apart && k < count; ++k) {
         Node<R> one[most_fields];
-        for (int f = 0; f < fields; ++f) one[f] = v[f][k];
+        for (int f = 1; f < fields; ++f) one[f] = v[f][k];
         separate(mirror_node(n, across, k), one, dt);
         for (int f = 1; f < fields; ++f) v[f][k] = one[f];
     }
+    // With bodies, a label's clay at a node with uncut clay moves with that.
+    const auto side_of = [&](int f) -> std::uint32_t {
+        if (!apart) return std::uint32_t(f);
+        const int label = (f - 1) % bodies.labels, first = f - label;
+        if (label == 0) return uncut;
+        const LabelledClay<R> clay{v[first][0].m, v[first + 1][0].m, v[first + 2][0].m};
+        return clay.bridged() ? std::uint32_t(uncut) : std::uint32_t(label);
+    };
     for (int f = apart; f < fields; ++f) {
+        const std::uint32_t side = side_of(f);
         const auto tools = [&](Vec3<R>& u) {
             if (!scene.grid_contact || !posed.near[std::size_t(b)]) return false;
             const Vec3<R> x = lattice.position(n), free = u;
             u = apply_tools(colliders, mask, x, u);
-            if (f && !apart) u = sliced(colliders, mask, x, u, lattice.dx, std::uint32_t(f));
+            if (side != uncut) u = sliced(colliders, mask, x, u, lattice.dx, side);
             return differ(u, free);
         };
         update_mirrors(
@@ -91,6 +102,10 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, ThreadSta
         if (apart) {                          // field 0: the mean velocity
             Node<R>& mean = grid[0][std::size_t(lattice.index(m))];
             mean = {};
+            for (int first = 1; bodies.labels > 1 && first < fields; first += bodies.labels)
+                weld_velocities<R>(
+                    first, [&](int f) { return v[f][k]; },
+                    [&](int f, const Node<R>& node) { v[f][k] = node; });
             for (int f = 1; f < fields; ++f) {
                 const Node<R>& own = grid[f][std::size_t(lattice.index(m))] = v[f][k];
                 mean = {mean.p + own.m * own.p, mean.m + own.m};
@@ -113,14 +128,16 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, ThreadSta
 template <class R>
 void CpuSolver<R>::separate(Int3 n, Node<R>* fields, R dt) const
 {
-    separate_fields(
-        body_constants, lattice.dx, dt,
-        [&](int c, Int3 step) {
-            if (step == Int3{}) return fields[c].m;
-            return lattice.stores(n + step) ? summed(sums[c], n + step).m : R(0);
-        },
-        [&](int c) { return fields[c].p; },
-        [&](int c, Vec3<R> impulse) { fields[c].p = fields[c].p + impulse; });
+    const auto mass = [&](int f, Int3 step) {
+        if (step == Int3{}) return fields[f].m;
+        return lattice.stores(n + step) ? summed(sums[f], n + step).m : R(0);
+    };
+    const auto momentum = [&](int f) { return fields[f].p; };
+    const auto add = [&](int f, Vec3<R> impulse) { fields[f].p = fields[f].p + impulse; };
+    if (body_constants.labels > 1)
+        separate_fields<labels_of_clay>(body_constants, lattice.dx, dt, mass, momentum, add);
+    else
+        separate_fields<1>(body_constants, lattice.dx, dt, mass, momentum, add);
 }
 
 // Grid update of a block near a cut, or of bodies.
@@ -142,7 +159,7 @@ void CpuSolver<R>::finish_cuts(bool covered)
 {
     if (stillness.any() && covered != was_covered)
         for (Particle<R>& p : q) p.hold(false);  // relabelling compares plain labels
-    relabel_pieces(q, splats, lattice, posed, covered, was_covered);
+    relabel_pieces(q, splats, lattice, bodies, posed, covered, was_covered);
     was_covered = covered;
 }
 

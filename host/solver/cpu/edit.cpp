@@ -11,6 +11,7 @@
 #include "cuda/mpm/mean_pressure.h"
 #include "cuda/mpm/stencil.h"
 #include "host/solver/cpu/solver.h"
+#include "host/solver/piece_count.h"
 #include "host/solver/pieces.h"
 
 namespace knead {
@@ -351,6 +352,12 @@ void CpuSolver<R>::slide_on(const std::vector<SlidingNode>& nodes)
         const auto n = std::size_t(s.place);
         sliding[n / each][n % each] = {R(s.force), R(s.time), substeps, R(s.impulse_deficit)};
     }
+}
+
+template <class R>
+std::vector<int> CpuSolver<R>::piece_counts(std::span<const int> group, int groups) const
+{
+    return knead::piece_counts(q, lattice, materials, group, groups);
 }
 
 template <class R>

@@ -139,14 +139,11 @@ void CpuSolver<R>::p2g(R dt)
             for (int n = 0; n < 9; ++n) {
                 const int from = to + tile_index({0, n % 3, n / 3});
                 knead::add(cell[n], all + from);
-                if (field != all) knead::add(cell[n], field + from);  // of the body's colour
+                if (field != all) knead::add(cell[n], field + from);  // of the body
                 cell[n] = {};
             }
         };
         for_each_group(bins.members(slot), [&](const Group<R>& group) {
-            const std::uint32_t colour = apart ? field_of(group.of[0]->object, 0) : 0;
-            Node<R>* const own = sums[colour][std::size_t(slot)].node;
-            if (own != field) hand_over(at), field = own;
             Material<R> room;
             const Impulses<R> from =
                 impulses(group, stillness.felt(*group.of[0], materials, room),
@@ -154,7 +151,10 @@ void CpuSolver<R>::p2g(R dt)
             for (int l = 0; l < group.size; ++l) {
                 const Stencil<R> s = from.stencils[l];
                 const int to = tile_index(s.base - corner);
-                if (to != at) hand_over(at), at = to;
+                const Particle<R>& p = *group.of[l];
+                Node<R>* const own =
+                    apart ? sums[field_of(p.object, p.label())][std::size_t(slot)].node : all;
+                if (to != at || own != field) hand_over(at), at = to, field = own;
                 scatter_rows(from.base[l], from.by_x[l], from.by_y[l], from.by_z[l], s,
                              [&](int j, int k, const Row<R>& share) {
                                  cell[3 * k + j] = cell[3 * k + j] + share;

@@ -103,6 +103,7 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     void set_contact(const BodyContact& to) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
     const SimulationConfig& config() const override { return book.config(); }
+    std::vector<int> piece_counts(std::span<const int> group, int groups) const override;
     std::shared_ptr<const Snapshot> snapshot() const override;
     SnapshotData held(const Snapshot& snapshot) const override;
     void restore(const Snapshot& from) override;
@@ -187,7 +188,7 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     // The field of clay of an object with this label.
     std::uint32_t field_of(int object, std::uint32_t label) const
     {
-        return bodies.colours > 0 ? std::uint32_t(bodies.colour[std::size_t(object)]) : label;
+        return bodies.colours > 0 ? std::uint32_t(bodies.field_of(object, label)) : label;
     }
     void separate(Int3 n, Node<R>* fields, R dt) const;
     bool find_splits();
@@ -234,7 +235,7 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     std::vector<int> splat_order, splats_before, splat_blocks;
     bool splats_arranged = false;  // no Gaussian has moved since
     // Velocity fields: all clay; near a blade (25) one per label, of uncut clay and clay with this
-    // label; where bodies are close (25a) one per colour.
+    // label; where bodies are close (25a) one per colour, and with blades three.
     Sums sums[most_fields];                        // one tile per occupied block
     std::vector<Node<R>> grid[most_fields];        // node_count velocities
     std::vector<Sliding<R>> sliding[most_fields];  // at walls, see sliding.h

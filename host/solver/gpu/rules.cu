@@ -87,7 +87,10 @@ void Store::set_rules(const SceneState& rules)
     fill(materials, each);
     const Material<float> first = each.empty() ? Material<float>{} : each[0];
     const Bodies bodies = bodies_of(config);
-    fill(colours, bodies.colour);
+    std::vector<int> first_fields = bodies.colour;
+    for (int& c : first_fields)
+        if (c > 0) c = 1 + (c - 1) * bodies.labels;
+    fill(colours, first_fields);
     all.bodies = body_fields<float>(bodies, config);
     all.materials = {
         first,         1 / first.density, 1 / first.mass, materials.data(), int(each.size()),

@@ -157,7 +157,8 @@ void GpuSolver::finish_cuts(const Frame& f)
     tools.mask_blocks(lattice);
     std::vector<Particle<double>> q = store.particles();
     std::vector<Gaussian<double>> following = splats.all();
-    if (relabel_pieces(q, following, lattice, tools, covered, was_covered)) {
+    const Bodies bodies = bodies_of(config());
+    if (relabel_pieces(q, following, lattice, bodies, tools, covered, was_covered)) {
         store.set_sides(q);
         splats.set(following, store.views().lattice);
     }

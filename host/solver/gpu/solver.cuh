@@ -38,6 +38,7 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     void set_contact(const BodyContact& contact) override;
     void set_tools(const Rig& rig, const std::vector<Tool<double>>& tools) override;
     const SimulationConfig& config() const override { return book->config(); }
+    std::vector<int> piece_counts(std::span<const int> group, int groups) const override;
     std::shared_ptr<const Snapshot> snapshot() const override;
     void restore(const Snapshot& from) override;
     SnapshotData held(const Snapshot& snapshot) const override;
@@ -60,7 +61,10 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     const StageProfile* profile() const override { return this; }
     const Clay* clay() const override { return &shown; }
     const MovedGaussians* moved_gaussians() const override { return &splats.moved(); }
-    std::size_t memory() const override { return store.bytes() + splats.bytes(); }
+    std::size_t memory() const override
+    {
+        return store.bytes() + splats.bytes() + piece_space.bytes();
+    }
     std::string name() const override { return title; }
 
   private:
@@ -137,6 +141,16 @@ class GpuSolver : public EditableSimulator, private StageProfile {
     bool was_covered = false;  // a blade was in the clay at the end of the last frame
     int last_substeps = 0;
     int usual_substeps = 0, misfits = 0;  // substeps of the graphs; consecutive frames that deviate
+    struct PieceSpace {                   // of piece_counts(); allocated when it is first called
+        DeviceArray<unsigned long long> keys, sums;
+        DeviceArray<int> parents, sizes, counts, group;
+        std::size_t bytes() const
+        {
+            return keys.bytes() + sums.bytes() + parents.bytes() + sizes.bytes() + counts.bytes() +
+                   group.bytes();
+        }
+    };
+    mutable PieceSpace piece_space;
     mutable std::vector<StageTime> stage_times;  // empty: not measured for the last frame
 };
 
