@@ -7,12 +7,12 @@
 namespace knead {
 namespace {
 
-constexpr double nowhere = std::numeric_limits<double>::infinity();
+constexpr double too_far = std::numeric_limits<double>::infinity();
 
 // The clay of `one` nearest to the probe, if its box is within `reach`.
 Hovered touched(const ObjectPlace& one, const HoverProbe& probe, double reach)
 {
-    Hovered found{one.object, {}, nowhere, true};
+    Hovered found{one.object, {}, too_far, true};
     const Vec3<double> wide{reach + one.apart, reach + one.apart, reach + one.apart};
     if (!contains(Box3<double>{one.box.low - wide, one.box.high + wide}, probe.at)) return found;
     for (const Vec3<float>& p : one.some) {
@@ -48,7 +48,7 @@ bool meets(const Box3<double>& box, const HoverProbe& probe, double wide)
 // The first clay of `one` along the ray. `beside`: that it may pass [rad].
 Hovered pointed(const ObjectPlace& one, const HoverProbe& probe, double beside)
 {
-    Hovered found{one.object, {}, nowhere, false};
+    Hovered found{one.object, {}, too_far, false};
     if (!meets(one.box, probe, one.apart + beside * probe.range)) return found;
     for (const Vec3<float>& p : one.some) {
         const Vec3<double> d = cast<double>(p) - probe.at;
@@ -68,7 +68,7 @@ const std::optional<Hovered>& Hover::frame(const ObjectPlaces& places, const Doc
 {
     const auto nearest = [&](bool touch) {
         Hovered best;
-        best.distance = nowhere;
+        best.distance = too_far;
         Hovered kept = best;
         for (const ObjectPlace& one : places.all) {
             const SceneObject* const object = document.find(one.object);
@@ -82,11 +82,11 @@ const std::optional<Hovered>& Hover::frame(const ObjectPlaces& places, const Doc
             if (found.distance < best.distance) best = found;
         }
         const double margin = (touch ? nearer : before) * probe.reach;
-        return kept.distance < nowhere && kept.distance <= best.distance + margin ? kept : best;
+        return kept.distance < too_far && kept.distance <= best.distance + margin ? kept : best;
     };
     Hovered found = nearest(true);
-    if (found.distance == nowhere && probe.rays) found = nearest(false);
-    if (found.distance < nowhere)
+    if (found.distance == too_far && probe.rays) found = nearest(false);
+    if (found.distance < too_far)
         now_ = found;
     else
         now_.reset();

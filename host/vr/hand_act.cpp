@@ -10,37 +10,36 @@
 namespace knead {
 namespace {
 
-using V = Vec3<double>;
-
-V joint(const Hand& hand, JointName name) { return cast<double>(hand.joints[name].p); }
+Vec3<double> joint(const Hand& hand, JointName name) { return cast<double>(hand.joints[name].p); }
 
 // Between the tips, in the palm's frame, of the default hand that pinches: where a hand around a
 // controller holds what it takes, however far the trigger is pulled.
-V usual_pinch(Side side)
+Vec3<double> usual_pinch(Side side)
 {
     static const auto of = [](Side s) {
         const Pose pose = posed(s, {{1, 0, 0, 0}, {0, 0, 0}}, pinched(s));
         return rotate(conjugate(unit(pose[palm].q)),
                       0.5 * (pose[thumb_tip].p + pose[index_tip].p) - pose[palm].p);
     };
-    static const V both[side_count] = {of(left), of(right)};
+    static const Vec3<double> both[side_count] = {of(left), of(right)};
     return both[side];
 }
 
-V unit_vector(V v)
+Vec3<double> unit_vector(Vec3<double> v)
 {
     const double size = length(v);
-    return size > 1e-9 ? (1 / size) * v : V{0, 0, -1};
+    return size > 1e-9 ? (1 / size) * v : Vec3<double>{0, 0, -1};
 }
 
 // Away from the shoulder, which keeps its place below the head, whatever the head looks at.
-V from_shoulder(Side side, V at, const Joint<float>& head)
+Vec3<double> from_shoulder(Side side, Vec3<double> at, const Joint<float>& head)
 {
     const Vec3<float> gaze = rotate(unit(head.q), Vec3<float>{0, 0, -1});
     const double heading = std::atan2(double(-gaze.x), double(-gaze.z));
-    V off = cast<double>(shoulder_from_eyes);
+    Vec3<double> off = cast<double>(shoulder_from_eyes);
     if (side == left) off.x = -off.x;
-    return unit_vector(at - cast<double>(head.p) - rotate(turn_about(V{0, 1, 0}, heading), off));
+    return unit_vector(at - cast<double>(head.p) -
+                       rotate(turn_about(Vec3<double>{0, 1, 0}, heading), off));
 }
 
 }  // namespace
@@ -64,11 +63,11 @@ std::optional<FingerRing> finger_ring(const Hand& hand)
         ring.centre = ring.centre + (1 / count) * joint(hand, name);
         skin += double(hand.radius[name]) / count;
     }
-    V normal{};
+    Vec3<double> normal{};
     double distance = 0;
     for (std::size_t i = 0; i < std::size(around); ++i) {
-        const V a = joint(hand, around[i]) - ring.centre,
-                b = joint(hand, around[(i + 1) % std::size(around)]) - ring.centre;
+        const Vec3<double> a = joint(hand, around[i]) - ring.centre,
+                           b = joint(hand, around[(i + 1) % std::size(around)]) - ring.centre;
         normal = normal + cross(a, b);
         distance += length(a) / count;
     }
@@ -102,7 +101,7 @@ HandAct HandReader::frame(Side side, const TrackedHand& found, const Joint<float
         act.at.p = middle.p + rotate(middle.q, usual_pinch(side));
     }
     act.lower = found.lower, act.upper = found.upper;
-    act.ray = found.aim ? rotate(unit(cast<double>(found.aim->q)), V{0, 0, -1})
+    act.ray = found.aim ? rotate(unit(cast<double>(found.aim->q)), Vec3<double>{0, 0, -1})
                         : from_shoulder(side, act.at.p, head);
     return act;
 }

@@ -12,9 +12,9 @@
 namespace knead {
 namespace {
 
-constexpr double reach = 0.02;   // of a touch [m of the hands]
-constexpr double ray_range = 5;  // [m of the hands]
-constexpr double line = 0.0015;  // width of marks [m of the hands]
+constexpr double touch_reach = 0.02;  // of a touch [m of the hands]
+constexpr double ray_range = 5;       // [m of the hands]
+constexpr double line = 0.0015;       // width of marks [m of the hands]
 constexpr double ray_line = 0.0008;
 constexpr double short_ray = 0.15;  // of a hand that points at nothing [m of the hands]
 constexpr Vec3<float> ray_colour{0.5f, 0.6f, 0.7f}, ring_colour{0.1f, 0.6f, 1.5f};
@@ -91,7 +91,7 @@ void HeadsetObjects::choose(const LiveState& state, LiveSession& session, const 
             hover_[side].clear();
         else if (!act.pinches || !pinched_[side])
             hover_[side].frame(*watch_.places, *state.document,
-                               {hand.at.p, zoom * reach, act.ray, zoom * ray_range});
+                               {hand.at.p, zoom * touch_reach, act.ray, zoom * ray_range});
         hand.hovers = hover_[side].now();
     }
     const GrabAnswer answer = grab_.frame(input);

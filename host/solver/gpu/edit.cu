@@ -12,17 +12,6 @@
 namespace knead::gpu {
 namespace {
 
-constexpr std::size_t few = std::size_t(64) << 20;  // bytes
-
-// Grows an array with spare capacity: allocating and freeing synchronise the whole device. Contents
-// are lost.
-template <class T>
-void reserve(DeviceArray<T>& array, std::size_t count)
-{
-    const std::size_t more = count * sizeof(T) < few ? count / 2 : count / 4;
-    if (array.size() < count) array = DeviceArray<T>(count + more);
-}
-
 void copy(void* to, const void* from, std::size_t bytes, cudaStream_t stream)
 {
     if (bytes) check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDefault, stream), "edit");

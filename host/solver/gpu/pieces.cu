@@ -2,6 +2,7 @@
 #include "cuda/device/copy.cuh"
 #include "cuda/mpm/pieces.cuh"
 #include "host/solver/gpu/solver.cuh"
+#include "host/solver/gpu/store.cuh"
 #include "host/solver/piece_count.h"
 
 namespace knead::gpu {
@@ -11,11 +12,6 @@ template <class T>
 void clear(const DeviceArray<T>& array, std::size_t count, cudaStream_t stream)
 {
     check(cudaMemsetAsync(array.data(), 0, count * sizeof(T), stream), "pieces");
-}
-template <class T>
-void reserve(DeviceArray<T>& array, std::size_t count)
-{
-    if (array.size() < count) array = DeviceArray<T>(count);
 }
 
 }  // namespace

@@ -36,6 +36,16 @@ struct NodeArrays {
     DeviceArray<int2> ranges;
 };
 
+// Grows an array with spare capacity: allocating and freeing synchronise the whole device. Contents
+// are lost.
+template <class T>
+void reserve(DeviceArray<T>& array, std::size_t count)
+{
+    constexpr std::size_t few = std::size_t(64) << 20;  // bytes
+    const std::size_t more = count * sizeof(T) < few ? count / 2 : count / 4;
+    if (array.size() < count) array = DeviceArray<T>(count + more);
+}
+
 // The kernel variants that a scene needs.
 Features features_of(const SimulationConfig& config, bool deterministic);
 // Throws std::invalid_argument if the tools are inconsistent or exceed the limits of the device.
