@@ -55,6 +55,10 @@ const std::array<ControlRow, control_count> control_rows{{
      Part::clay, everywhere},
     {Control::add_text, "add_text", "Text", "Letters of an object that is added as a text.",
      Part::clay, in_window},
+    {Control::place, "place", "Put it down",
+     "On: an added object follows the pointer or a hand until a click or a pinch puts it down. "
+     "Off: it is put above the clay.",
+     Part::arrange, everywhere},
     {Control::choose_all, "choose_all", "Choose all", "Chooses all objects.", Part::clay, in_window,
      false, "A", "Blender"},
     {Control::several, "several", "Several",
