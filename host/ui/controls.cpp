@@ -128,7 +128,7 @@ const std::array<ControlRow, control_count> control_rows{{
      "On: fists carry objects, two fists move, turn and zoom the scene, and hands touch nothing. "
      "Off: hands shape.",
      Part::hands, in_headset},
-    {Control::choose, "choose", "Choose, move",
+    {Control::choose, "choose", "Choose",
      "On: a pinch chooses the object that it touches or points at, and moves it; hands touch "
      "nothing. Off: hands shape.",
      Part::hands, in_headset},
