@@ -126,6 +126,12 @@ void ViewApp::frame(double passed, const std::string& screenshot)
         else if (!drawing || !drawing->keys_taken())
             take_keys();
         const bool dialog = drawing && drawing->popup_open();
+        const bool puts_down = !transforms && !dialog && panel.ui.placing && !pressing &&
+                               (!drawing || !drawing->mouse_taken());
+        if (puts_down)
+            take_placing();
+        else
+            placing_at.reset();
         if (!dialog) hand_x = float(input.x()), hand_y = float(input.y());
         if (nozzle && !input.held(button_left)) end_nozzle(true);
         if (transforms || buttons_ignored)
@@ -371,6 +377,7 @@ void ViewApp::escape()
 {
     if (drawing && drawing->popup_open() && !panel.asking()) return;  // closed by the panel
     if (panel.decline()) return;
+    if (panel.ui.placing) return panel.ui.placing.reset(), panel.ui.notice.clear();
     if (nozzle) return cancelled = true, end_nozzle(false);
     if (pressing) {
         const bool shapes = hand_controlled && pointer.presses() && newest_step() > step_at_press;

@@ -19,6 +19,7 @@
 #include "host/ui/panel_drawing.h"
 #include "host/ui/panel_refresh.h"
 #include "host/ui/pick.h"
+#include "host/ui/place_gesture.h"
 #include "host/ui/place_watch.h"
 #include "host/ui/transform_gesture.h"
 #include "render/coarse_picture.h"
@@ -90,6 +91,8 @@ class ViewApp {
     void take_mouse(double passed);
     void take_nozzle(bool begins, bool held);
     void end_nozzle(bool keeps);
+    void take_placing();
+    std::vector<HandLook> placing_looks() const;
     void take_file(const std::string& file);
     void click(float x, float y, bool several);
     void follow_places();
@@ -153,6 +156,7 @@ class ViewApp {
     PlaceWatch watch;
     std::optional<NozzleGesture> nozzle;      // laying clay
     std::optional<TransformGesture> gesture;  // under way
+    std::optional<Vec3<double>> placing_at;   // of the object that is being put down [m]
     ObjectPreviews preview;                   // surfaces when it began
     bool buttons_ignored = false;             // those that ended a gesture, while they are down
     ClayColours colours;                      // of the clay that is drawn,

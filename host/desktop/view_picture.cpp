@@ -131,7 +131,8 @@ void ViewApp::draw()
     if (aims && below) hands.push_back(ring());
     PictureContent content = picture_content(view, look);
     content.hands.push_back(float(colours.version % 8388593));
-    for (HandLook& lines : gesture ? transform_looks() : outlines()) {
+    const bool puts_down = placing_at && panel.ui.placing;
+    for (HandLook& lines : gesture ? transform_looks() : puts_down ? placing_looks() : outlines()) {
         for (const Vec3<float>& p : lines.skins.front().vertices)
             for (const float x : {p.x, p.y, p.z}) content.hands.push_back(x);
         content.hands.push_back(lines.glow.x);

@@ -99,6 +99,37 @@ void ViewApp::end_transform(bool applies)
     panel.send(std::move(*command), session);
 }
 
+// Puts down the object that is added on what is below the pointer.
+void ViewApp::take_placing()
+{
+    const TransformView view = transform_view();
+    const auto clay = pick(*state, view.eye, view.ray);
+    std::optional<TransformSurface> on;
+    if (clay) on = TransformSurface{clay->point, clay->normal};
+    if (!on) on = floor_at(view);
+    placing_at.reset();
+    // Half a cell above the clay, whose surface is around its particles.
+    if (on && state->scene)
+        placing_at = resting_on(*panel.ui.placing, *on, shown->scene.setup.lattice.dx / 2);
+    if (input.clicked(button_right)) {
+        panel.ui.placing.reset(), panel.ui.notice.clear();
+        buttons_ignored = true;
+    } else if (input.clicked(button_left)) {
+        buttons_ignored = true;
+        if (!placing_at) return panel.note("There is neither clay nor floor below the pointer.");
+        panel.send(AddObject{placed(*panel.ui.placing, *placing_at, state->scene->scene.origin)},
+                   session);
+        panel.ui.placing.reset(), panel.ui.notice.clear();
+    }
+    if (!panel.ui.placing) placing_at.reset();
+}
+
+std::vector<HandLook> ViewApp::placing_looks() const
+{
+    return {mark_look(object_outline(*panel.ui.placing, *placing_at, 0.003 * camera.distance()),
+                      chosen_colour)};
+}
+
 // Lays clay on what is below the pointer, from the button's press to its release.
 void ViewApp::take_nozzle(bool begins, bool held)
 {

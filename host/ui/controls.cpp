@@ -55,6 +55,10 @@ const std::array<ControlRow, control_count> control_rows{{
      Part::clay, everywhere},
     {Control::add_text, "add_text", "Text", "Letters of an object that is added as a text.",
      Part::clay, in_window},
+    {Control::place, "place", "Put it down",
+     "On: an added object follows the pointer or a hand until a click or a pinch puts it down. "
+     "Off: it is put above the clay.",
+     Part::arrange, everywhere},
     {Control::choose_all, "choose_all", "Choose all", "Chooses all objects.", Part::clay, in_window,
      false, "A", "Blender"},
     {Control::several, "several", "Several",
@@ -124,7 +128,7 @@ const std::array<ControlRow, control_count> control_rows{{
      "On: fists carry objects, two fists move, turn and zoom the scene, and hands touch nothing. "
      "Off: hands shape.",
      Part::hands, in_headset},
-    {Control::choose, "choose", "Choose, move",
+    {Control::choose, "choose", "Choose",
      "On: a pinch chooses the object that it touches or points at, and moves it; hands touch "
      "nothing. Off: hands shape.",
      Part::hands, in_headset},

@@ -32,6 +32,7 @@ enum class Control {
     object,
     add,
     add_text,
+    place,
     choose_all,
     several,
     snap,

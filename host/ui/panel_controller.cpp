@@ -112,6 +112,7 @@ void PanelController::follow(const LiveState& state, LiveSession& session, doubl
 void PanelController::follow_scene(const LiveState& state)
 {
     history_ = state.history;
+    ui.placing.reset();
     const bool other = state.scene.get() != scene_;
     scene_ = state.scene.get();
     if (!other) return;
@@ -279,6 +280,13 @@ void PanelController::take_object(const std::string& file, const LiveState& stat
         send(std::move(std::get<Command>(what)), session);
 }
 
+void PanelController::begin_placing(SceneObject object)
+{
+    note(ui.place == in_window ? "A click puts it down; Esc or the right button cancels."
+                               : "A pinch puts it down; a fist cancels.");
+    ui.placing = std::move(object);
+}
+
 void PanelController::act(const ControlEvent& event, LiveSession& session)
 {
     const Control control = event.id.control;
@@ -297,6 +305,8 @@ void PanelController::act(const ControlEvent& event, LiveSession& session)
     for (Command& one : commands_for(*state, ui, event)) {
         if (const std::string why = why_not(one, *state); !why.empty())
             note(why);
+        else if (AddObject* const adds = std::get_if<AddObject>(&one); adds && ui.puts_down)
+            begin_placing(std::move(adds->object));
         else
             send(std::move(one), session, event.drag);
     }

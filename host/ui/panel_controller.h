@@ -67,6 +67,7 @@ class PanelController {
     void act(const ControlEvent& event, LiveSession& session);
     void choose_object(bool anew, long frame);
     void discard_log(std::size_t row);
+    void begin_placing(SceneObject object);
 
     void remember(const std::string& file);
 

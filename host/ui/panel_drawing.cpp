@@ -115,7 +115,7 @@ const std::vector<Menu>& menus()
          {Control::undo, Control::redo, Control::choose_all, Control::rename, Control::remove}},
         {"Object",
          {Control::move, Control::turn, Control::scale, Control::on_surface, Control::duplicate,
-          Control::merge, Control::split, Control::centre, Control::reset_object}},
+          Control::merge, Control::split, Control::centre, Control::reset_object, Control::place}},
         {"Simulation", {Control::pause, Control::advance, Control::reset}},
         {"View",
          {Control::frame_view, Control::frame_all, Control::mouse_hand, Control::panels,
@@ -137,6 +137,7 @@ bool only_in_menu(Control control)
         case Control::panels:
         case Control::screenshot:
         case Control::choose_all:
+        case Control::place:
             return true;
         default:
             return false;
@@ -507,6 +508,9 @@ void DearImGuiPanel::all_steps(const ControlState& one)
 
 void DearImGuiPanel::section(const PanelModel& model, const PanelSection& one)
 {
+    if (std::ranges::all_of(one.controls,
+                            [](const ControlState& c) { return only_in_menu(c.id.control); }))
+        return;
     const ImGuiTreeNodeFlags flags =
         one.part == PanelPart::view ? 0 : ImGuiTreeNodeFlags_DefaultOpen;
     if (!ImGui::CollapsingHeader(part_titles[std::size_t(one.part)], flags)) return;

@@ -169,6 +169,7 @@ void add_adding(Builder& to, const LiveState& state, const UiState& ui)
     }
     if (ControlState* const one = to.add(Control::add_text, ui.text))
         one->why_not = why_not(AddObject{}, state);
+    to.toggle(Control::place, ui.puts_down);
 }
 
 // Why no command applies to the chosen objects; "": none of them is locked.
@@ -653,6 +654,9 @@ bool change(UiState& ui, const ControlEvent& event)
     switch (event.id.control) {
         case Control::add_text:
             if (const std::string* const text = value_of<std::string>(event)) ui.text = *text;
+            return true;
+        case Control::place:
+            ui.puts_down = on ? *on : !ui.puts_down;
             return true;
         case Control::mouse_hand:
             ui.mouse_hand = on ? *on : !ui.mouse_hand;

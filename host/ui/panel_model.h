@@ -137,6 +137,8 @@ struct UiState {
     int export_what = 0, export_unit = 0;  // 0: automatic
     bool export_chosen = false;            // of the chosen object alone
     std::string text = usual_text;         // of an object of letters that is added
+    bool puts_down = false;                // added objects are put down by pointer or hand
+    std::optional<SceneObject> placing;    // the one that is not put down yet
     // Of the headset.
     HandMode hand_mode = HandMode::shape;
     bool standing = false;

@@ -68,6 +68,7 @@ void HeadsetLoop::open()
         replace_workplace = !(options.workplace.at.y > 0);
         if (!replace_workplace) options.workplace = {};
     }
+    control.ui.puts_down = true;
     control.execute = [this](const ControlEvent& event) { execute(event); };
     if (options.protects) control.remember_files();
     follow_history();
@@ -215,7 +216,7 @@ void HeadsetLoop::follow_history()
     if (!scene.has_hands)
         live->send(hands_command(settings_of(options_now, scene.origin)), Origin::headset);
     ran = ran && !options.stepped;
-    mode = HandMode::shape, moving_scene = false, fists = {}, carried.clear();
+    mode = HandMode::shape, moving_scene = shapes_after = false, fists = {}, carried.clear();
 }
 
 // The drawn hands always follow the tracker; the simulation receives hands only while simulated
@@ -383,7 +384,8 @@ void HeadsetLoop::set_mode(HandMode to)
     if (to == mode) return;
     end_carrying();
     objects.stop(*live);
-    mode = control.ui.hand_mode = to, moving_scene = false;
+    control.ui.placing.reset();
+    mode = control.ui.hand_mode = to, moving_scene = shapes_after = false;
     fists = {}, scene_gesture = {};
     send_presence();
 }
@@ -439,6 +441,12 @@ void HeadsetLoop::follow_objects(const HeadsetViews& views)
         given.aside[side] = panel.pointer().inside && panel.pointer().side == side;
     }
     follow_buttons(given.acts);
+    // Hands that put down an object touch nothing meanwhile.
+    if (control.ui.placing && mode == HandMode::shape) {
+        std::optional<SceneObject> object = std::exchange(control.ui.placing, {});
+        set_mode(HandMode::choose);
+        control.ui.placing = std::move(object), shapes_after = true;
+    }
     move_scene(views, given.acts);
     for (const Side side : {left, right}) {
         given.aside[side] = given.aside[side] || moving_scene;
@@ -447,6 +455,7 @@ void HeadsetLoop::follow_objects(const HeadsetViews& views)
                                                  given.acts[side].upper));
     }
     objects.frame(*state, *live, given);
+    if (shapes_after && !control.ui.placing) set_mode(HandMode::shape);
     if (options.stepped) live->wait_for_commands();
 }
 

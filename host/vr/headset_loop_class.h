@@ -111,6 +111,7 @@ class HeadsetLoop : public HeadsetSession {
     FistGesture fists;
     std::vector<ObjectRef> carried;  // objects in a fist
     Side carried_by = right;
+    bool shapes_after = false;  // an object is being put down by hands that shaped before
     bool moving_scene = false;  // by two fists, in the previous frame
     int facts_age = 0;          // frames since the panel's lines of text were renewed
     std::string draw_error;     // reason of the last drawing failure; "": none

@@ -48,6 +48,7 @@ void HeadsetObjects::forget()
 {
     grab_.stop();
     nozzle_.reset(), clogged_since_ = -1;
+    place_.reset();
     moved_.clear(), preview_ = {}, coming_ = {};
     for (const Side side : {left, right}) hover_[side].clear();
     panel_.ui.pointing.clear();
@@ -63,8 +64,12 @@ void HeadsetObjects::frame(const LiveState& state, LiveSession& session, const O
         acts_[side] = hands.acts[side], aside_[side] = hands.aside[side];
     watch_.follow(state, session, mode == HandMode::choose, hands.waits, hands.now,
                   5e-4 * hands.options.zoom);
-    if (mode == HandMode::choose) choose(state, session, hands);
-    if (mode == HandMode::lay) lay(state, session, hands);
+    if (panel_.ui.placing)
+        place(state, session, hands);
+    else if (mode == HandMode::choose)
+        choose(state, session, hands);
+    else if (mode == HandMode::lay)
+        lay(state, session, hands);
     // A hand that comes back must open first.
     for (const Side side : {left, right})
         pinched_[side] = acts_[side].pinches || !acts_[side].tracked;
@@ -118,6 +123,26 @@ void HeadsetObjects::choose(const LiveState& state, LiveSession& session, const 
     if (answer.cancelled || answer.ends) moved_.clear(), preview_ = {}, coming_ = {};
     if (coming_.valid() && coming_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
         preview_ = coming_.get();
+}
+
+void HeadsetObjects::place(const LiveState& state, LiveSession& session, const ObjectHands& hands)
+{
+    if (!place_) place_.emplace();
+    PlaceGesture::Input input;
+    for (const Side side : {left, right}) {
+        const HandAct& act = acts_[side];
+        input.hands[side] = {
+            act.tracked && !aside_[side], act.pinches, in_simulation(act, hands.options), {}};
+    }
+    input.cancels = hands.cancels, input.snaps = panel_.ui.snaps;
+    input.usual = panel_.ui.support == left ? right : left;
+    const PlaceGesture::Answer answer = place_->frame(input);
+    if (answer == PlaceGesture::goes_on) return;
+    if (answer == PlaceGesture::placed)
+        panel_.send(AddObject{placed(*panel_.ui.placing, *place_->at(), state.scene->scene.origin)},
+                    session);
+    place_.reset(), panel_.ui.placing.reset();
+    panel_.ui.notice.clear();
 }
 
 void HeadsetObjects::begin_move(const LiveState& state, LiveSession& session,
@@ -250,6 +275,12 @@ std::vector<HandLook> HeadsetObjects::looks(const LiveState& state,
     std::vector<HandLook> all;
     const UiState& ui = panel_.ui;
     if (!state.document || !ui.document) return all;
+    if (ui.placing) {
+        if (place_ && place_->at())
+            all.push_back(mark_look(object_outline(*ui.placing, *place_->at(), line * options.zoom),
+                                    chosen_colour));
+        return all;
+    }
     if (ui.hand_mode == HandMode::lay) {
         for (const Side side : {left, right})
             if (acts_[side].tracked && !acts_[side].fist && !aside_[side] &&

@@ -8,6 +8,7 @@
 #include "host/ui/moved_objects.h"
 #include "host/ui/nozzle_gesture.h"
 #include "host/ui/panel_controller.h"
+#include "host/ui/place_gesture.h"
 #include "host/ui/place_watch.h"
 #include "host/vr/hand_act.h"
 
@@ -27,12 +28,13 @@ class HeadsetObjects {
   public:
     explicit HeadsetObjects(PanelController& panel) : panel_(panel) {}
 
-    // In HandMode::choose and HandMode::lay; elsewhere it does nothing.
+    // In HandMode::choose and HandMode::lay, and while an object is put down, in any mode in which
+    // hands touch nothing; elsewhere it does nothing.
     void frame(const LiveState& state, LiveSession& session, const ObjectHands& hands);
     // Ends what is under way: a motion without effect. Call before the mode changes.
     void stop(LiveSession& session);
     // Whether hands are in use: moving objects or laying clay.
-    bool busy() const { return grab_.pinches() || nozzle_.has_value(); }
+    bool busy() const { return grab_.pinches() || nozzle_ || panel_.ui.placing; }
 
     // Amplitude with which a controller vibrates, 0 to 1: in pulses while the nozzle is clogged.
     float vibration(Side side) const;
@@ -46,6 +48,7 @@ class HeadsetObjects {
     void choose(const LiveState& state, LiveSession& session, const ObjectHands& hands);
     void begin_move(const LiveState& state, LiveSession& session, const ObjectHands& hands);
     void end_move(const LiveState& state, LiveSession& session);
+    void place(const LiveState& state, LiveSession& session, const ObjectHands& hands);
     void lay(const LiveState& state, LiveSession& session, const ObjectHands& hands);
     void end_nozzle(LiveSession& session, bool keeps);
     ObjectMotion motion() const;
@@ -62,6 +65,7 @@ class HeadsetObjects {
     Vec3<double> centre_{};        // their common one when it began
     ObjectPreviews preview_;
     std::future<ObjectPreviews> coming_;  // the preview, being made
+    std::optional<PlaceGesture> place_;
     std::optional<NozzleGesture> nozzle_;
     Side nozzle_side_ = right;
     double clogged_since_ = -1;                  // [s]; negative: it is not

@@ -191,6 +191,31 @@ TEST_F(VrObjects, two_fists_turn_and_zoom_the_scene_and_leave_the_clay)
     expect_replayed();
 }
 
+// Added from the panel, it is with the hand until that pinches; a fist cancels.
+TEST_F(VrObjects, a_pinch_puts_down_what_is_added)
+{
+    const auto adding = [&] {
+        return poking([](PanelDriver& finger, PanelSession&) {
+            finger.choose({Control::add, 0}, 2);
+        });
+    };
+    const V aside{0.13, 0.05, 0}, higher{0.13, 0.1, 0};
+    recording = adding();
+    act(20, Pose{open, aside, aside}), act(10, Pose{pinch, aside, aside});
+    act(20, Pose{pinch, aside, higher}), act(10, Pose{pinch, higher, higher});
+    act(20, Pose{open, higher, higher});
+    const auto done = played();
+    ASSERT_EQ(names(done), (Names{"set_hands", "add_object", "set_hands"}));
+    const SceneObject& box = std::get<AddObject>(done[1].command).object;
+    EXPECT_EQ(box.source.shape, ShapeKind::box);
+    EXPECT_LT(length(box.pose.p - options.at - options.zoom * higher), 0.03);
+    expect_replayed();
+
+    recording = adding();
+    act(20, Pose{open, aside, aside}), act(20, Pose{fist, aside, aside});
+    EXPECT_EQ(names(played()), (Names{"set_hands", "set_hands"}));
+}
+
 class VrControllers : public VrObjects {
   protected:
     VrControllers()
