@@ -55,6 +55,9 @@ FrameStats Reference::advance(const Motion& motion, double duration)
     stats = {};
     Lag lag{};
     for (std::size_t t = 0; t < scene.tools.size(); ++t) set_tool(scene.tools[t], motion, t);
+    if (bodies.shared() && bodies.colour_by(body_graph(q, scene.lattice, bodies.body)))
+        for (auto& field : sliding) std::fill(field.begin(), field.end(), Sliding<double>{});
+    stats.welded_bodies = bodies.welded;
     const StepLimits limits = step_limits(scene);
     const double tool = tool_step(scene, motion, duration);
     const int bound = take_substep_bound();

@@ -152,6 +152,16 @@ void CpuSolver<R>::split_update(int b, R dt, ThreadStats& c)
     }
 }
 
+// Gives bodies that share colours those of where they are now. Returns whether a colour has
+// changed: then what slides at walls was that of other clay.
+template <class R>
+bool CpuSolver<R>::recolour()
+{
+    if (!bodies.shared() || !bodies.colour_by(body_graph(q, lattice, bodies.body))) return false;
+    body_constants = body_fields<R>(bodies, scene);
+    return true;
+}
+
 // End of a frame: the start of a stroke clears old labels near the blade; its end labels complete
 // pieces.
 template <class R>
@@ -165,6 +175,7 @@ void CpuSolver<R>::finish_cuts(bool covered)
 
 template void CpuSolver<float>::separate(Int3, Node<float>*, float) const;
 template bool CpuSolver<float>::find_splits();
+template bool CpuSolver<float>::recolour();
 template MirrorSet CpuSolver<float>::updated(Int3, float) const;
 template void CpuSolver<float>::update_mirror_set(int, Int3, Int3, float, ThreadStats&);
 template void CpuSolver<float>::split_update(int, float, ThreadStats&);

@@ -192,6 +192,7 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     }
     void separate(Int3 n, Node<R>* fields, R dt) const;
     bool find_splits();
+    bool recolour();
     void finish_cuts(bool covered);
     template <class Body>
     void for_each(int count, StageName stage, Body&& body);
