@@ -712,10 +712,10 @@ TEST_P(Bodies, ShareColoursByWhereTheyAreNow)
 
 TEST(BodyColours, DifferForBodiesThatTouchAsFarAsTheySuffice)
 {
-    const auto edge = [](BodyGraph& g, int a, int b, bool touch) {
+    const auto edge = [](BodyGraph& of, int a, int b, bool touch) {
         for (auto [x, y] : {std::pair(a, b), std::pair(b, a)}) {
-            if (touch) g.touching[std::size_t(x)] |= std::uint64_t(1) << y;
-            g.near[std::size_t(x)] |= std::uint64_t(1) << y;
+            if (touch) of.touching[std::size_t(x)] |= std::uint64_t(1) << y;
+            of.near[std::size_t(x)] |= std::uint64_t(1) << y;
         }
     };
     BodyGraph stack;
