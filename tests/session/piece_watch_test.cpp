@@ -195,7 +195,7 @@ TEST_P(Parted, ATornObjectIsFoundWithinATenthOfASecond)
 // The fast count is that of the command: blocks that are apart, touch at a corner, are cut.
 TEST_P(Parted, PiecesAreCountedAsTheyAreSplit)
 {
-    Setup setup;
+    knead::Setup setup;
     setup.lattice = {{32, 32, 32}, 1.0 / 32};
     setup.walls = walls_inside(setup.lattice, 2, ContactMode::slip, 0);
     const double dx = setup.lattice.dx, h = dx / 2;
