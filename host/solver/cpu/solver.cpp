@@ -83,10 +83,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     }
     ThreadStats all;
     for (const ThreadStats& t : thread_stats) all.add(t);
-    if (posed.blades) finish_cuts(all[Count::covered] > 0);
-    stats.welded_bodies = bodies.welded;
-    if (recolour())
-        for (auto& field : sliding) std::fill(field.begin(), field.end(), Sliding<R>{});
+    finish_cuts(all[Count::covered] > 0), finish_bodies(stats);
     all.put_into(stats, double(pushout.skin));
     stats.active_blocks = long(bins.reached.size()), stats.fastest = most.speed;
     arranged = all[Count::moved] == 0, ++changes;
