@@ -400,7 +400,7 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
 }
 
 // The side of a blade on which field f of bodies is kept at the node with index i; uncut: neither,
-// as its clay there moves with uncut clay.
+// as its clay there moves with uncut clay. Updates leave all masses unchanged.
 template <bool fixed_point>
 __device__ unsigned sliced_side(const GridUpdateView& d, int parity, int f, int i)
 {
@@ -411,6 +411,27 @@ __device__ unsigned sliced_side(const GridUpdateView& d, int parity, int f, int 
     };
     const LabelledClay<float> clay{mass(int(uncut)), mass(int(above)), mass(int(below))};
     return clay.bridged() ? unsigned(uncut) : unsigned(label);
+}
+
+// Gives fields of a colour that act as one their common velocity, and field 0 the mean of all, at
+// the node with index i.
+template <bool blades>
+__device__ void put_mean(const GridUpdateView& d, int parity, int i)
+{
+    const int nodes = d.lattice.node_count();
+    if constexpr (blades) ROLLED
+    for (int first = 1; first < d.fields; first += labels_of_clay)
+        weld_velocities<float>(
+            first, [&](int f) { return node_at(d, parity, f * nodes + i); },
+            [&](int f, const Node<float>& node) { node_at(d, parity, f * nodes + i) = node; });
+    Node<float> mean{};
+    ROLLED
+    for (int f = 1; f < d.fields; ++f) {
+        const Node<float> own = node_at(d, parity, f * nodes + i);
+        mean = {mean.p + own.m * own.p, mean.m + own.m};
+    }
+    if (mean.m > 0) mean.p = (1 / mean.m) * mean.p;
+    node_at(d, parity, i) = mean;
 }
 
 // With bodies: one velocity field per colour, or with blades three, by label. Contact between them
@@ -443,7 +464,6 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
         if (!clay) mirrors.mirror_offset = {};
         ROLLED
         for (int f = 1; f < d.fields; ++f) {
-            // The masses of all fields are still those of p2g: updates leave them unchanged.
             const unsigned side = blades ? sliced_side<fixed_point>(d, parity, f, i) : uncut;
             const auto tools = [&](Vec3<float> x, Vec3<float> u) {
                 if (!d.grid_contact) return u;
@@ -458,21 +478,7 @@ __global__ void __launch_bounds__(block_nodes, resident_cut)
         ROLLED
         for (int k = 0; k < mirrors.count(); ++k) {
             const int to = mirrors.count() > 1 ? mirrors.index(k) : i;
-            Node<float> mean{};
-            if constexpr (blades) ROLLED
-            for (int first = 1; first < d.fields; first += labels_of_clay)
-                weld_velocities<float>(
-                    first, [&](int f) { return node_at(d, parity, f * nodes + to); },
-                    [&](int f, const Node<float>& node) {
-                        node_at(d, parity, f * nodes + to) = node;
-                    });
-            ROLLED
-            for (int f = 1; f < d.fields; ++f) {
-                const Node<float> own = node_at(d, parity, f * nodes + to);
-                mean = {mean.p + own.m * own.p, mean.m + own.m};
-            }
-            if (mean.m > 0) mean.p = (1 / mean.m) * mean.p;
-            node_at(d, parity, to) = mean;
+            put_mean<blades>(d, parity, to);
         }
     });
 }

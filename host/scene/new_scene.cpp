@@ -12,6 +12,8 @@ std::string new_scene()
     // A table as large as hands reach without a zoom.
     "domain": {"edge": 0.4, "cells": 64},
     "objects": [],
+    // Clay of different categories does not weld, and what is cut or torn off becomes an object.
+    "contact": {"categories": "separate", "pieces": true},
     "frame_rate": 60,
     // What is added may be stiff. More substeps a frame are too slow for live work.
     "step": {"soften_beyond": 120},

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "cuda/mpm/body_graph.h"
 #include "host/hands/gesture.h"
 #include "host/scene/domain.h"
 #include "host/scene/names.h"
@@ -184,7 +185,7 @@ void read_time(ObjectReader& r, Scene& scene)
         scene.setup.step.fixed = scene.paper_dt;
 }
 
-// After objects and hands: bodies have velocity fields, which are few and the same that blades use.
+// After objects and hands: bodies have velocity fields, and there may be so many.
 void read_contact(ObjectReader& r, Scene& scene)
 {
     Setup& setup = scene.setup;
@@ -196,9 +197,9 @@ void read_contact(ObjectReader& r, Scene& scene)
     if (!setup.contact.separate) return;
     std::set<int> categories;
     for (const Object& o : scene.objects) categories.insert(o.category);
-    if (categories.size() > std::size_t(most_colours))
+    if (categories.size() > std::size_t(most_bodies))
         r.fail("categories",
-               fmt::format("\"weld\", or objects of at most {} categories", most_colours),
+               fmt::format("\"weld\", or objects of at most {} categories", most_bodies),
                fmt::format("\"separate\" with {}", categories.size()));
 }
 

@@ -558,7 +558,7 @@ std::vector<ObjectId> part_ids(const std::vector<ObjectId>& given, ObjectId id, 
 // touch.
 void SceneEditor::give_categories(SplitObject& command, ObjectId id) const
 {
-    if (command.plane || !command.categories.empty() || !parts.scene.setup.contact.separate) return;
+    if (command.plane || !command.categories.empty() || !now->scene->contact.separate) return;
     std::set<int> used;
     for (const auto& o : now->objects) used.insert(o->category);
     const int own = now->find(id)->category;

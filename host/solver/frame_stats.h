@@ -32,6 +32,7 @@ struct FrameStats {
     // Largest particle speed at the frame's end, as it limits the next substep: without particles
     // that the last substep found in a tool (speed_that_counts() in project.h) [m/s].
     double fastest = 0;
+    int welded_bodies = 0;  // pairs that are close and share a velocity field, see bodies.h
 
     // A statistic by the `member` of its row.
     long& operator[](Count c) { return counts[c]; }
@@ -92,6 +93,7 @@ struct Smallest {  // of positive numbers; 0: none, as of a frame without subste
 };
 struct Largest {
     void operator()(double& all, double frame) const { all = std::max(all, frame); }
+    void operator()(int& all, int frame) const { all = std::max(all, frame); }
 };
 struct Last {
     template <class T>
@@ -152,7 +154,8 @@ constexpr std::tuple rows{
     transient(&FrameStats::touched, "touched", "tools", Any{}),
     transient(&FrameStats::cut, "cut", "", Any{}),
     transient(&FrameStats::reached, "reached", "s", Last{}),
-    transient(&FrameStats::fastest, "fastest", "m/s", Last{})};
+    transient(&FrameStats::fastest, "fastest", "m/s", Last{}),
+    transient(&FrameStats::welded_bodies, "welded_bodies", "pairs", Largest{})};
 
 }  // namespace frame_table
 
@@ -172,9 +175,9 @@ namespace frame_table {
 constexpr auto figures(const FrameStats& stats)
 {
     const auto& [counts, substeps, dt_min, dt_max, found_depth, active_blocks, limits, touched, cut,
-                 reached, fastest] = stats;
+                 reached, fastest, welded_bodies] = stats;
     return std::tie(substeps, dt_min, dt_max, found_depth, active_blocks, limits, touched, cut,
-                    reached, fastest);
+                    reached, fastest, welded_bodies);
 }
 constexpr std::size_t figure_count =
     std::tuple_size_v<decltype(figures(std::declval<const FrameStats&>()))>;

@@ -55,6 +55,9 @@ FrameStats Reference::advance(const Motion& motion, double duration)
     stats = {};
     Lag lag{};
     for (std::size_t t = 0; t < scene.tools.size(); ++t) set_tool(scene.tools[t], motion, t);
+    if (bodies.shared() && bodies.colour_by(body_graph(q, scene.lattice, bodies.body)))
+        for (auto& field : sliding) std::fill(field.begin(), field.end(), Sliding<double>{});
+    stats.welded_bodies = bodies.welded;
     const StepLimits limits = step_limits(scene);
     const double tool = tool_step(scene, motion, duration);
     const int bound = take_substep_bound();
@@ -171,6 +174,23 @@ std::uint32_t Reference::sliced_side(std::size_t f, Int3 n) const
     return clay.bridged() ? std::uint32_t(uncut) : std::uint32_t(label);
 }
 
+// Velocities of all fields of bodies at node n, and their mean in field 0.
+void Reference::put_bodies(Int3 n, Node<double> (&of)[most_fields])
+{
+    const auto at = std::size_t(scene.lattice.index(n));
+    for (int c = 1; bodies.labels > 1 && c <= bodies.colours; ++c)
+        weld_velocities<double>(
+            1 + (c - 1) * bodies.labels, [&](int f) { return of[f]; },
+            [&](int f, const Node<double>& node) { of[f] = node; });
+    Vec3<double> sum{};
+    double mass = 0;
+    for (std::size_t f = 1; f < fields.size(); ++f) {
+        fields[f][at].p = of[f].p;
+        sum = sum + of[f].m * of[f].p, mass += of[f].m;
+    }
+    fields[uncut][at].p = mass > 0 ? (1 / mass) * sum : Vec3<double>{};
+}
+
 // Momenta become velocities (3), (18), (18a); beside a blade each label has its own (24), (25). A
 // node is updated together with its mirror images across walls.
 void Reference::grid(double dt)
@@ -219,17 +239,9 @@ void Reference::grid(double dt)
                     });
                 });
             if (apart) {
-                Vec3<double> sum{};
-                double mass = 0;
-                for (int c = 1; bodies.labels > 1 && c <= bodies.colours; ++c)
-                    weld_velocities<double>(
-                        1 + (c - 1) * bodies.labels, [&](int f) { return v[f][k]; },
-                        [&](int f, const Node<double>& node) { v[f][k] = node; });
-                for (std::size_t f = 1; f < fields.size(); ++f) {
-                    at(f, m).p = v[f][k].p;
-                    sum = sum + v[f][k].m * v[f][k].p, mass += v[f][k].m;
-                }
-                at(uncut, m).p = mass > 0 ? (1 / mass) * sum : Vec3<double>{};
+                Node<double> of[most_fields];
+                for (std::size_t f = 1; f < fields.size(); ++f) of[f] = v[f][k];
+                put_bodies(m, of);
                 continue;
             }
             for (std::size_t f = 0; f < fields.size(); ++f) at(f, m).p = one[f].p;

@@ -65,6 +65,7 @@ class Reference : public Simulator {
     long active_blocks() const;
     void end_cuts();
     std::uint32_t sliced_side(std::size_t field, Int3 node) const;
+    void put_bodies(Int3 node, Node<double> (&fields_there)[most_fields]);
     // Index of the velocity field of clay of an object with this label.
     std::size_t field_of(int object, std::uint32_t label) const
     {

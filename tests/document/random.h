@@ -306,6 +306,14 @@ struct RandomFields {
                     : std::numeric_limits<int>::min();
     }
     template <class F>
+    void operator()(const F& f, std::vector<int>& numbers) const
+    {
+        numbers.clear();
+        if (r.below(3) > 0) return;
+        numbers.resize(std::size_t(r.below(4)));
+        for (int& n : numbers) (*this)(f, n);
+    }
+    template <class F>
     void operator()(const F&, bool& flag) const
     {
         flag = r.one_in(2);

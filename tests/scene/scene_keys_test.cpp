@@ -65,12 +65,12 @@ TEST_F(SceneKeys, BodiesHaveAFieldEachAndNoKnife)
                     std::to_string(c) + "}";
         return "objects=[" + list + "]";
     };
-    EXPECT_EQ(complaint({objects(4)}), "");
-    EXPECT_NE(complaint({objects(5)})
-                  .find("/contact/categories: expected \"weld\", or objects of at most 4 "
-                        "categories, found \"separate\" with 5"),
+    EXPECT_EQ(complaint({objects(64)}), "");
+    EXPECT_NE(complaint({objects(65)})
+                  .find("/contact/categories: expected \"weld\", or objects of at most 64 "
+                        "categories, found \"separate\" with 65"),
               std::string::npos)
-        << complaint({objects(5)});
+        << complaint({objects(65)});
     EXPECT_EQ(complaint({R"(hands={"left": {"held": "knife"}})"}), "");
 }
 

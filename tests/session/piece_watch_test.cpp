@@ -18,7 +18,7 @@ namespace {
 
 // A knife cuts a block in two; the lower one lies below it.
 constexpr const char* cut_scene = R"({"schema": "knead.scene/1",
-    "domain": {"edge": 1.0, "cells": 32}, "walls": {"min": [0.0625, 0.0625, 0.0625],
+    "domain": {"edge": 1.0, "cells": 24}, "walls": {"min": [0.0625, 0.0625, 0.0625],
     "max": [0.9375, 0.9375, 0.9375], "contact_mode": "separate", "friction": 0.5},
     "objects": [{"name": "ball", "centre": [0.5, 0.2625, 0.5], "diameter": 0.4,
                  "material": "clay"}],
@@ -92,7 +92,7 @@ class Parted : public OnBothDevices {
 };
 INSTANTIATE_TEST_SUITE_P(Session, Parted, testing::Values(false, true), device_of);
 
-constexpr int whole = 400;  // frames, more than the gesture has
+constexpr int whole = 260;  // frames, more than the gesture has
 
 TEST_P(Parted, AKnifeMakesTwoObjectsInTheStepOfTheHands)
 {
@@ -195,7 +195,7 @@ TEST_P(Parted, ATornObjectIsFoundWithinATenthOfASecond)
 // The fast count is that of the command: blocks that are apart, touch at a corner, are cut.
 TEST_P(Parted, PiecesAreCountedAsTheyAreSplit)
 {
-    Setup setup;
+    knead::Setup setup;
     setup.lattice = {{32, 32, 32}, 1.0 / 32};
     setup.walls = walls_inside(setup.lattice, 2, ContactMode::slip, 0);
     const double dx = setup.lattice.dx, h = dx / 2;

@@ -321,6 +321,52 @@ TEST_P(BodiesTouch, AndThreeMeetAtAnEdge)
     note("closest [h]", (body(all, 2).low.y - face(all, 0, false)) / h);
 }
 
+// Seven layers of seven categories on each other, with four fields: none is welded to another, and
+// they stand; those that are lifted pull none of the others.
+TEST_P(BodiesTouch, AndSevenLayersStand)
+{
+    Given s = box({14, 26, 10}, 0.4);
+    for (int k = 0; k < 7; ++k) put(s, {3, 3.0 * k, 2}, {8, 3, 6});
+    const auto solver = make(s);
+    const double start = energy(s, s.particles);
+    for (int f = 0; f < 6; ++f) {
+        EXPECT_EQ(solver->advance({}, 0.05).welded_bodies, 0) << f;
+        EXPECT_LE(energy(s, solver->particles()), start * (1 + 1e-6));
+    }
+    const Particles all = solver->particles();
+    for (int k = 0; k < 6; ++k) {
+        note("gap", gap(all, k, k + 1));
+        EXPECT_NEAR(gap(all, k, k + 1), 1.0, 0.16) << k;
+    }
+    // Some of them are lifted off, and pull none of the others.
+    Given lifted = s;
+    lifted.gravity = {};
+    for (auto& q : lifted.particles) q.v.y = q.object >= 3 ? 0.5 : 0;
+    const auto rises = make(lifted);
+    for (int f = 0; f < 4; ++f) EXPECT_EQ(rises->advance({}, 0.01).welded_bodies, 0);
+    const Particles after = rises->particles();
+    for (int k = 0; k < 7; ++k) {
+        note("speed", body(after, k).velocity.y);
+        EXPECT_NEAR(body(after, k).velocity.y, k >= 3 ? 0.5 : 0, 0.005) << k;
+    }
+}
+
+// Six bodies that meet at one place, with four fields: those that share one are counted, and
+// momentum stays.
+TEST_P(BodiesTouch, AndMoreThanFourAtAPlaceAreCounted)
+{
+    Given s = box({16, 16, 16}, 0.4);
+    s.gravity = {};
+    for (int k = 0; k < 6; ++k)
+        put(s, {4 + 3.0 * (k % 2), 4 + 3.0 * (k / 2 % 2), 4 + 3.0 * (k / 4)}, {3, 3, 3});
+    for (auto& q : s.particles) q.v = {0.1 * (q.object % 3), -0.1 * (q.object % 2), 0.05};
+    const auto solver = make(s);
+    const Vec3<double> start = momentum_of(s, s.particles);
+    EXPECT_GT(solver->advance({}, 0.005).welded_bodies, 0);
+    const Vec3<double> change = momentum_of(s, solver->particles()) - start;
+    EXPECT_LT(length(change), (GetParam().reference ? 1e-12 : 2e-6) * length(start));
+}
+
 // A liquid rests on a block and in a plastic body's hollow: it does not weld, nor enter.
 TEST_P(BodiesTouch, LiquidsAndPlasticBodiesToo)
 {
@@ -582,17 +628,17 @@ TEST_P(Bodies, AreAsTheReferenceHasThem)
     EXPECT_LT(worst, 2e-6);
 }
 
-TEST_P(Bodies, AreOfFourCategoriesAtMost)
+TEST_P(Bodies, AreOf64CategoriesAtMost)
 {
     Given s = box({30, 12, 12}, 0.4);
-    for (int k = 0; k < 4; ++k) put(s, {1 + 6.0 * k, 1, 1}, {2, 2, 2});
+    for (int k = 0; k < 64; ++k) put(s, {1 + 3.0 * (k % 8), 1, 1 + 1.2 * (k / 8.0)}, {1, 1, 1});
     const auto solver = GetParam().make(s);
     Material<double> m = s.materials[0];
-    m.category = 4;
+    m.category = 64;
     Particles clay(s.particles.begin(), s.particles.begin() + 8);
     EXPECT_THROW(solver->add(m, clay), std::invalid_argument);
     EXPECT_EQ(solver->particle_count(), s.particles.size());
-    m.category = 3;
+    m.category = 63;
     solver->add(m, clay);
     solver->advance({}, 0.005);
     put(s, {25, 1, 1}, {2, 2, 2});
@@ -634,6 +680,58 @@ TEST_P(Bodies, AreAsTheReferenceHasThemWithAKnifeToo)
     fmt::print("    {}: apart by {:.3g} m, {} labels differ\n", GetParam().name, worst, labels);
     EXPECT_LT(worst, 2e-5);
     EXPECT_LE(labels, long(one.size()) / 1000);
+}
+
+// Bodies that share colours: a run that goes on from a snapshot, or from a saved state in another
+// simulator, has the same bits, though colours have changed since.
+TEST_P(Bodies, ShareColoursByWhereTheyAreNow)
+{
+    Given s = box({34, 12, 12}, 0.4);
+    s.deterministic = true;
+    for (int k = 0; k < 6; ++k) put(s, {1 + 5.2 * k, 1, 2}, {4, 4, 6});
+    for (auto& q : s.particles) q.v.x = q.object == 5 ? -4 : q.object == 0 ? 4 : 0;
+    const auto solver = GetParam().make(s), other = GetParam().make(s);
+    for (int f = 0; f < 4; ++f) solver->advance({}, 0.01);
+    const auto then = solver->snapshot();
+    const SavedState saved = solver->save();
+    for (int f = 0; f < 4; ++f) EXPECT_EQ(solver->advance({}, 0.01).welded_bodies, 0);
+    const Particles once = solver->particles();
+    solver->restore(*then);
+    for (int f = 0; f < 4; ++f) solver->advance({}, 0.01);
+    other->load(saved);
+    for (int f = 0; f < 4; ++f) other->advance({}, 0.01);
+    const Particles again = solver->particles(), elsewhere = other->particles();
+    for (std::size_t i = 0; i < once.size(); ++i) {
+        ASSERT_EQ(length(once[i].x - again[i].x), 0) << i;
+        ASSERT_EQ(length(once[i].x - elsewhere[i].x), 0) << i;
+    }
+}
+
+TEST(BodyColours, DifferForBodiesThatTouchAsFarAsTheySuffice)
+{
+    const auto edge = [](BodyGraph& of, int a, int b, bool touch) {
+        for (auto [x, y] : {std::pair(a, b), std::pair(b, a)}) {
+            if (touch) of.touching[std::size_t(x)] |= std::uint64_t(1) << y;
+            of.near[std::size_t(x)] |= std::uint64_t(1) << y;
+        }
+    };
+    BodyGraph stack;
+    for (int k = 0; k + 1 < 64; ++k) edge(stack, (7 * k) % 64, (7 * (k + 1)) % 64, true);
+    for (int k = 0; k + 2 < 64; ++k) edge(stack, (7 * k) % 64, (7 * (k + 2)) % 64, false);
+    const Colouring of_stack = coloured(stack, 64, 4);
+    EXPECT_EQ(of_stack.welded, 0);
+    for (int a = 0; a < 64; ++a)
+        for (int b = 0; b < 64; ++b)
+            if (stack.near[std::size_t(a)] >> b & 1) {
+                EXPECT_NE(of_stack.colour[std::size_t(a)], of_stack.colour[std::size_t(b)]);
+            }
+    BodyGraph all;
+    for (int a = 0; a < 6; ++a)
+        for (int b = 0; b < a; ++b) edge(all, a, b, true);
+    const Colouring of_all = coloured(all, 6, 4);
+    EXPECT_EQ(of_all.welded, 2);
+    for (const int c : of_all.colour) EXPECT_TRUE(c >= 1 && c <= 4);
+    EXPECT_EQ(coloured({}, 5, 4).welded, 0);
 }
 
 // A category that changes, an object that is added or removed: the fields follow.

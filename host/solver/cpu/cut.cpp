@@ -54,6 +54,17 @@ MirrorSet CpuSolver<R>::updated(Int3 n, R mass) const
     return mirror_set(n, walls, [&](Int3 to) { return summed(sums[0], n + to).m; });
 }
 
+// The side of a blade on which field f of bodies is kept, of fields v at a node and its images;
+// uncut: neither, as its clay there moves with uncut clay.
+template <class R>
+std::uint32_t CpuSolver<R>::sliced_side(const Node<R> (&v)[most_fields][8], int f) const
+{
+    const int label = (f - 1) % bodies.labels, first = f - label;
+    if (label == 0) return uncut;
+    const LabelledClay<R> clay{v[first][0].m, v[first + 1][0].m, v[first + 2][0].m};
+    return clay.bridged() ? std::uint32_t(uncut) : std::uint32_t(label);
+}
+
 // Updates node n of block b and its mirror images across walls. Near a cut each label has its own
 // velocity, and the labels do not interpenetrate (24), (25).
 template <class R>
@@ -74,16 +85,8 @@ void CpuSolver<R>::update_mirror_set(int b, Int3 n, Int3 across, R dt, ThreadSta
         separate(mirror_node(n, across, k), one, dt);
         for (int f = 1; f < fields; ++f) v[f][k] = one[f];
     }
-    // With bodies, a label's clay at a node with uncut clay moves with that.
-    const auto side_of = [&](int f) -> std::uint32_t {
-        if (!apart) return std::uint32_t(f);
-        const int label = (f - 1) % bodies.labels, first = f - label;
-        if (label == 0) return uncut;
-        const LabelledClay<R> clay{v[first][0].m, v[first + 1][0].m, v[first + 2][0].m};
-        return clay.bridged() ? std::uint32_t(uncut) : std::uint32_t(label);
-    };
     for (int f = apart; f < fields; ++f) {
-        const std::uint32_t side = side_of(f);
+        const std::uint32_t side = apart ? sliced_side(v, f) : std::uint32_t(f);
         const auto tools = [&](Vec3<R>& u) {
             if (!scene.grid_contact || !posed.near[std::size_t(b)]) return false;
             const Vec3<R> x = lattice.position(n), free = u;
@@ -152,11 +155,30 @@ void CpuSolver<R>::split_update(int b, R dt, ThreadStats& c)
     }
 }
 
+// Gives bodies that share colours those of where they are now. Returns whether a colour has
+// changed: then what slides at walls was that of other clay.
+template <class R>
+bool CpuSolver<R>::recolour()
+{
+    if (!bodies.shared() || !bodies.colour_by(body_graph(q, lattice, bodies.body))) return false;
+    body_constants = body_fields<R>(bodies, scene);
+    return true;
+}
+
+template <class R>
+void CpuSolver<R>::finish_bodies(FrameStats& stats)
+{
+    stats.welded_bodies = bodies.welded;
+    if (recolour())
+        for (auto& field : sliding) std::fill(field.begin(), field.end(), Sliding<R>{});
+}
+
 // End of a frame: the start of a stroke clears old labels near the blade; its end labels complete
 // pieces.
 template <class R>
 void CpuSolver<R>::finish_cuts(bool covered)
 {
+    if (!posed.blades) return;
     if (stillness.any() && covered != was_covered)
         for (Particle<R>& p : q) p.hold(false);  // relabelling compares plain labels
     relabel_pieces(q, splats, lattice, bodies, posed, covered, was_covered);
@@ -165,6 +187,8 @@ void CpuSolver<R>::finish_cuts(bool covered)
 
 template void CpuSolver<float>::separate(Int3, Node<float>*, float) const;
 template bool CpuSolver<float>::find_splits();
+template bool CpuSolver<float>::recolour();
+template void CpuSolver<float>::finish_bodies(FrameStats&);
 template MirrorSet CpuSolver<float>::updated(Int3, float) const;
 template void CpuSolver<float>::update_mirror_set(int, Int3, Int3, float, ThreadStats&);
 template void CpuSolver<float>::split_update(int, float, ThreadStats&);

@@ -62,6 +62,7 @@ void CpuSolver<R>::edited()
 {
     splats_arranged = false;
     most = extremes();
+    recolour();
     for (auto& field : sliding) std::fill(field.begin(), field.end(), Sliding<R>{});
     ++changes;
 }

@@ -83,7 +83,7 @@ FrameStats CpuSolver<R>::advance(const Motion& motion, double duration)
     }
     ThreadStats all;
     for (const ThreadStats& t : thread_stats) all.add(t);
-    if (posed.blades) finish_cuts(all[Count::covered] > 0);
+    finish_cuts(all[Count::covered] > 0), finish_bodies(stats);
     all.put_into(stats, double(pushout.skin));
     stats.active_blocks = long(bins.reached.size()), stats.fastest = most.speed;
     arranged = all[Count::moved] == 0, ++changes;

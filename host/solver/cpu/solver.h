@@ -192,6 +192,9 @@ class CpuSolver : public EditableSimulator, private StageProfile {
     }
     void separate(Int3 n, Node<R>* fields, R dt) const;
     bool find_splits();
+    bool recolour();
+    void finish_bodies(FrameStats& stats);
+    std::uint32_t sliced_side(const Node<R> (&v)[most_fields][8], int field) const;
     void finish_cuts(bool covered);
     template <class Body>
     void for_each(int count, StageName stage, Body&& body);

@@ -1,7 +1,9 @@
 // Rules of a scene on the device: materials, tools, kernel variants.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "cuda/mpm/body_graph.cuh"
 #include "cuda/mpm/mean_pressure.h"
 #include "host/solver/bodies.h"
 #include "host/solver/gpu/store.cuh"
@@ -15,8 +17,8 @@ Features features_of(const SimulationConfig& s, bool deterministic)
     Features f{
         !s.rig.primitives.empty() || blades, deterministic,           blades,
         s.rest.mode != RestMode::none,       s.materials.size() != 1, PlasticityClass::elastic};
-    f.colours = bodies_of(s).colours, f.bodies = f.colours > 0;
-    if (f.bodies) f.tools = true;  // its kernels are those with tools
+    f.colours = bodies_of(s).colours, f.bodies = f.colours > 0;  // of all frames
+    if (f.bodies) f.tools = true;                                // its kernels are those with tools
     for (const Material<double>& m : s.materials) {
         if (!there(m)) continue;
         f.mean_pressure = f.mean_pressure || shares_pressure(m);
@@ -86,12 +88,8 @@ void Store::set_rules(const SceneState& rules)
     for (const Material<double>& m : config.materials) each.push_back(cast<float>(m));
     fill(materials, each);
     const Material<float> first = each.empty() ? Material<float>{} : each[0];
-    const Bodies bodies = bodies_of(config);
-    std::vector<int> first_fields = bodies.colour;
-    for (int& c : first_fields)
-        if (c > 0) c = 1 + (c - 1) * bodies.labels;
-    fill(colours, first_fields);
-    all.bodies = body_fields<float>(bodies, config);
+    bodies = bodies_of(config);
+    set_colours(config);
     all.materials = {
         first,         1 / first.density, 1 / first.mass, materials.data(), int(each.size()),
         colours.data()};
@@ -114,6 +112,43 @@ void Store::set_rules(const SceneState& rules)
     all.rest.options = {rest.mode, float(rest.speed), rest.frames, float(rest.push),
                         float(rest.reach)};
     point();
+}
+
+void Store::set_colours(const SimulationConfig& config)
+{
+    std::vector<int> first_fields = bodies.colour;
+    for (int& c : first_fields)
+        if (c > 0) c = 1 + (c - 1) * bodies.labels;
+    fill(colours, first_fields);
+    all.bodies = body_fields<float>(bodies, config);
+    if (!bodies.shared()) return;
+    fill(body_of, bodies.body);
+    const Int3 bins = bins_of(config.lattice.size);
+    const auto wanted = std::size_t(bins.x) * std::size_t(bins.y) * std::size_t(bins.z);
+    if (bins_masks.size() < wanted) bins_masks = DeviceArray<unsigned long long>(wanted);
+    if (graph.size() == 0) graph = DeviceArray<unsigned long long>(2 * most_bodies);
+}
+
+bool Store::recolour(const SimulationConfig& config, int side, cudaStream_t stream)
+{
+    if (!bodies.shared()) return false;
+    const Int3 bins = bins_of(config.lattice.size);
+    const auto places = std::size_t(bins.x) * std::size_t(bins.y) * std::size_t(bins.z);
+    check(cudaMemsetAsync(bins_masks.data(), 0, places * sizeof(unsigned long long), stream),
+          "bodies");
+    check(cudaMemsetAsync(graph.data(), 0, graph.bytes(), stream), "bodies");
+    body_graph(read_only(all.particles[side]), all.lattice, body_of.data(), bins_masks.data(),
+               graph.data(), stream);
+    std::array<unsigned long long, 2 * most_bodies> found;
+    check(cudaMemcpyAsync(found.data(), graph.data(), sizeof found, cudaMemcpyDefault, stream),
+          "bodies");
+    wait(stream, "bodies");
+    BodyGraph of;
+    std::copy_n(found.begin(), most_bodies, of.touching.begin());
+    std::copy_n(found.begin() + most_bodies, most_bodies, of.near.begin());
+    if (!bodies.colour_by(of)) return false;
+    set_colours(config);
+    return true;
 }
 
 void Store::set_category(int object, int category)

@@ -34,6 +34,7 @@ GpuSolver::GpuSolver(const Setup& given, int wanted, RegionPadding room)
     title = std::string("cuda: ") + properties.name;
     const char* graph = std::getenv("KNEAD_GRAPH");
     stepwise = graph && std::string(graph) == "0";
+    store.recolour(config(), side, main);
     if (stepwise) return;
     capture();
 }
@@ -99,7 +100,12 @@ void GpuSolver::submit(const Motion& motion, double duration)
     if (!stepwise && !graph(f.tools).ready) capture(f.tools);
     launch(slot);
     // Cuts are completed on the host before the next frame.
-    if (store.features().blades && f.duration > 0) wait_for(slot), finish_cuts(f);
+    const bool waits = store.features().blades || store.shares_colours();
+    f.welded_bodies = store.welded_bodies();
+    if (waits && f.duration > 0) wait_for(slot);
+    if (store.features().blades && f.duration > 0) finish_cuts(f);
+    if (f.duration > 0 && store.recolour(config(), f.status->side, main))
+        store.forget_sliding(main), stale = true;
     ++submitted;  // last: a frame that fails for lack of memory does not count
 }
 
@@ -139,6 +145,7 @@ FrameStats GpuSolver::collect()
     const float skin = store.views().tools.pushout.skin;
     stats.found_depth = double(std::max(0.0f, std::bit_cast<float>(n.deepest) - skin));
     stats.active_blocks = n.active_blocks, stats.touched = n.touched;
+    stats.welded_bodies = f.welded_bodies;
     if (!store.features().rests)
         stats[Count::moved] = long(store.views().particles[0].count) * n.substeps;
     stage_times.clear();

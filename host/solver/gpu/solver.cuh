@@ -74,6 +74,7 @@ class GpuSolver : public EditableSimulator, private StageProfile {
         Motion motion;
         double duration = 0;
         ToolPace tools = ToolPace::none;
+        int welded_bodies = 0;
         Pinned<Clock> status;
         Event done{cudaEventDisableTiming};
     };

@@ -61,6 +61,7 @@ void GpuSolver::edited()
     if (store.features().fixed_point && !around.empty())
         store.arrange_as_new(around, side, main), side = 0;
     store.forget_sliding(main);
+    store.recolour(config(), side, main);
     set_clock(around.peak, unsorted);
     show();
     ++changes, stale = true, posed = false;
@@ -234,6 +235,7 @@ void GpuSolver::restore(const Snapshot& snapshot)
         book = from->rules, stale = true;
     }
     store.put_back(state, side, main);
+    if (store.recolour(config(), side, main)) stale = true;
     const GaussianView before = splats.view();
     splats.put_back(*from->splats, main);
     if (!same_view(splats.view(), before)) stale = true;
@@ -261,6 +263,7 @@ void GpuSolver::replace_by(SceneState&& next, const std::vector<Gaussian<R>>& ga
         const Lattice<float> box = store.views().lattice;
         if (!all.empty()) store.enclose({all.lowest(), all.highest()});
         if (!same_box(box, store.views().lattice)) stale = true;
+        if (store.recolour(config(), side, main)) stale = true;
         const GaussianView earlier = splats.view();
         splats.set(gaussians, store.views().lattice);
         if (!same_view(splats.view(), earlier)) stale = true;
@@ -313,6 +316,7 @@ void GpuSolver::load(const SavedState& from)
     store.upload(from.contents.particles, from.order);
     splats.set(from.contents.gaussians, store.views().lattice);
     adopt(next);
+    store.recolour(config(), side, main);
     store.set_quiet(quiet_over(from, store.views().lattice));
     store.slide_on(from.sliding, store.clock(main).done);
     was_covered = from.covered;

@@ -10,6 +10,7 @@
 #include "cuda/mpm/material_data.h"
 #include "cuda/mpm/particle.h"
 #include "cuda/mpm/stages.cuh"
+#include "host/solver/bodies.h"
 #include "host/solver/edits.h"
 #include "host/solver/gpu/region_padding.h"
 #include "host/solver/gpu/state.cuh"
@@ -95,6 +96,11 @@ class Store {
     // materials, gravity and walls; set_tools() the tools.
     void set_rules(const SceneState& rules);
     void set_tools(const SceneState& rules);
+    // Bodies that share colours get those of where they are. Returns whether any has changed: then
+    // captured graphs are stale, and what slides at walls was that of other clay. Waits.
+    bool recolour(const SimulationConfig& config, int side, cudaStream_t stream);
+    int welded_bodies() const { return bodies.welded; }
+    bool shares_colours() const { return bodies.shared(); }
     // Captured graphs remain valid: no kernel reads the category.
     void set_category(int object, int category);
     // Enlarges the stored box to the stencils of particles in `clay`.
@@ -132,6 +138,7 @@ class Store {
 
   private:
     void point();
+    void set_colours(const SimulationConfig& config);
     void point_at_tools(const SimulationConfig& config);
     void set_features(const Features& features);
     void set_count(int count);
@@ -143,7 +150,9 @@ class Store {
     std::vector<float4> rows_on(int side) const;
 
     DeviceArray<Material<float>> materials;
-    DeviceArray<int> colours;  // by object, see Bodies
+    Bodies bodies;
+    DeviceArray<int> colours, body_of;                  // by object, see Bodies
+    DeviceArray<unsigned long long> bins_masks, graph;  // see body_graph()
     DeviceArray<Binding<float>> bindings;
     DeviceArray<Primitive> primitives;
     DeviceArray<Sphere<float>> spheres[2];
