@@ -152,8 +152,13 @@ void add_hull(Geometry& geometry, const DrawPrimitive& primitive, int level, Vec
 
 void add_clay(Geometry& geometry, const Mesh& mesh)
 {
-    add_mesh(geometry, mesh, category_colour(mesh.category), 0,
-             "clay mesh of category " + std::to_string(mesh.category));
+    const std::size_t first = geometry.vertices.size();
+    const std::string name = "clay mesh of category " + std::to_string(mesh.category);
+    if (!mesh.colours.empty() && mesh.colours.size() != mesh.vertices.size())
+        throw std::invalid_argument(name + ": as many colours as vertices are needed");
+    add_mesh(geometry, mesh, category_colour(mesh.category), 0, name);
+    for (std::size_t i = 0; i < mesh.colours.size(); ++i)
+        geometry.vertices[first + i].colour = mesh.colours[i];
 }
 
 HandRanges add_hand(Geometry& geometry, const HandLook& hand)

@@ -295,8 +295,12 @@ void Session::watch(RunObserver& watch, Progress& progress, const Simulator& sol
     watch.picture = [&](const FrameResult& frame, const std::vector<Mesh>& meshes) {
         if (!writer || interrupted()) return;
         splats->refresh();
+        const bool coloured = std::ranges::any_of(
+            script.document().objects, [](const auto& one) { return bool(one->colour); });
+        const auto places = coloured ? script.places() : std::nullopt;
         try {
-            writer->add(frame, meshes, splats->drawn(), solver.gaussians(), &script.document());
+            writer->add(frame, meshes, splats->drawn(), solver.gaussians(), &script.document(),
+                        places ? &*places : nullptr);
         } catch (const OutputError& e) {
             refused(e.what()), writer.reset();
         }

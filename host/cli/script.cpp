@@ -238,7 +238,9 @@ void RunScript::after_last_frame(int number, SessionLoop& loop)
 void RunScript::play_entries(int number, SessionLoop& loop,
                              const std::function<bool(const LogEntry&)>& may)
 {
+    bool ended = false;  // by a refusal: the commands after it are not applied
     const auto refused = [&](const LogEntry& entry, const Refusal& why) {
+        ended = entry.line && !keep_going;
         if (entry.line)
             return refuse(fmt::format("{}:{}: ", file, entry.line), std::get<Command>(entry.done),
                           why, &loop);
@@ -246,7 +248,8 @@ void RunScript::play_entries(int number, SessionLoop& loop,
                      entry.frame, why.text().c_str());
     };
     const auto by_command = [this](const Command& command) { return apply(command); };
-    replay->after_frame(number, *editor, {by_command, refused, may});
+    const auto next = [&](const LogEntry& entry) { return !ended && may(entry); };
+    replay->after_frame(number, *editor, {by_command, refused, next});
 }
 
 std::optional<Refusal> RunScript::apply(const Command& command)

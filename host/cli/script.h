@@ -42,6 +42,11 @@ class RunScript {
     std::string problem() const { return session ? session->problem() : ""; }
 
     const Document& document() const { return editor ? *editor->document() : *first; }
+    // Of the objects, if commands were given; reads the clay, between frames only.
+    std::optional<ObjectPlaces> places() const
+    {
+        return editor ? std::optional(editor->places()) : std::nullopt;
+    }
     std::size_t left() const { return replay ? replay->left() : 0; }  // commands not reached
     // Numbers of the object in the simulator. Precondition: the document has the object.
     std::vector<int> simulated(ObjectId object) const;

@@ -122,7 +122,7 @@ FrameWriter::FrameWriter(const Scene& of, std::string where, std::string video_f
 
 void FrameWriter::add(const FrameResult& frame, const std::vector<Mesh>& meshes,
                       const SplatCloud& splats, const std::vector<Gaussian<double>>& gaussians,
-                      const Document* document)
+                      const Document* document, const ObjectPlaces* places)
 {
     const std::vector<int> hidden = document ? document->hidden_categories() : std::vector<int>(),
                            of_splats =
@@ -138,8 +138,17 @@ void FrameWriter::add(const FrameResult& frame, const std::vector<Mesh>& meshes,
     camera.height = scene.picture_height;
     const float floor = float(scene.setup.walls.min.y);
     std::vector<Mesh> seen, unseen;
-    for (const Mesh& m : meshes)
-        if (!among(hidden, m.category)) (among(of_splats, m.category) ? unseen : seen).push_back(m);
+    const ClayColours colours = document ? clay_colours(*document, &meshes, places) : ClayColours{};
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const int category = meshes[i].category;
+        if (among(hidden, category)) continue;
+        Mesh& m = (among(of_splats, category) ? unseen : seen).emplace_back(meshes[i]);
+        if (i < colours.of_vertices.size() && !colours.of_vertices[i].empty())
+            m.colours = colours.of_vertices[i];
+        else if (const auto own = colours.of_category.find(category);
+                 own != colours.of_category.end())
+            m.colours.assign(m.vertices.size(), own->second);
+    }
     std::vector<HandLook> hands;
     if (scene.has_hands) hands = hand_looks(scene.hands, frame.motion);
     Image image;

@@ -7,6 +7,7 @@
 #include "host/document/document.h"
 #include "host/files/video.h"
 #include "host/session/loop.h"
+#include "host/session/object_places.h"
 #include "host/splats/cloud.h"
 #include "render/painter.h"
 
@@ -30,11 +31,12 @@ class FrameWriter {
     FrameWriter(const Scene& scene, std::string folder, std::string video, double rate);
     // `splats`: current splats of the scene, in the order of the solver's Gaussians; drawn instead
     // of the clay of their objects. `document`: says which objects are of splats, and which are
-    // hidden; null: those of the scene, none hidden. Throws OutputError, and PictureError if only
-    // this picture fails.
+    // hidden, and the colours of objects; null: those of the scene, none hidden. `places`: of the
+    // objects, for the colours of a category whose objects differ; null: such a category has its
+    // own. Throws OutputError, and PictureError if only this picture fails.
     void add(const FrameResult& frame, const std::vector<Mesh>& meshes,
              const SplatCloud& splats = {}, const std::vector<Gaussian<double>>& gaussians = {},
-             const Document* document = nullptr);
+             const Document* document = nullptr, const ObjectPlaces* places = nullptr);
     // `asked`: polled while a picture is drawn or written; return true to abort it with a
     // PictureError.
     void give_up_when(std::function<bool()> when)

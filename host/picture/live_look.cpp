@@ -86,18 +86,17 @@ Vec3<float> linear(Vec3<double> c)
 
 }  // namespace
 
-ClayColours clay_colours(const LiveState& state, const ObjectPlaces* places)
+ClayColours clay_colours(const Document& document, const std::vector<Mesh>* meshes,
+                         const ObjectPlaces* places)
 {
     ClayColours colours;
-    const DocumentPtr& document = state.document;
-    if (!document || std::ranges::none_of(document->objects,
-                                          [](const auto& o) { return o->colour.has_value(); }))
+    if (std::ranges::none_of(document.objects, [](const auto& o) { return o->colour.has_value(); }))
         return colours;
     std::uint64_t hash = 14695981039346656037u;  // FNV-1a
     const auto add = [&](std::uint64_t number) { hash = (hash ^ number) * 1099511628211u; };
     std::map<int, const SceneObject*> first;
     std::map<int, bool> differ;
-    for (const auto& o : document->objects) {
+    for (const auto& o : document.objects) {
         const SceneObject* const other = first.try_emplace(o->category, o.get()).first->second;
         if (o->colour.has_value() != other->colour.has_value() ||
             (o->colour && !equal(*o->colour, *other->colour)))
@@ -110,21 +109,27 @@ ClayColours clay_colours(const LiveState& state, const ObjectPlaces* places)
     for (const auto& [category, object] : first)
         if (object->colour && !differ.contains(category))
             colours.of_category[category] = linear(*object->colour);
-    if (places && state.meshes && !differ.empty()) {
+    if (places && meshes && !differ.empty()) {
         add(std::uint64_t(places->history)), add(std::uint64_t(places->frame));
         add(std::uint64_t(places->edits));
-        for (const Mesh& mesh : *state.meshes) {
+        for (const Mesh& mesh : *meshes) {
             std::vector<Vec3<float>>& of = colours.of_vertices.emplace_back();
             if (!differ.contains(mesh.category)) continue;
             const Vec3<float> usual = category_colour(mesh.category);
-            for (const ObjectId id : objects_of(mesh, *document, *places)) {
-                const SceneObject* const o = document->find(id);
+            for (const ObjectId id : objects_of(mesh, document, *places)) {
+                const SceneObject* const o = document.find(id);
                 of.push_back(o && o->colour ? linear(*o->colour) : usual);
             }
         }
     }
     colours.version = long(hash >> 1) | 1;
     return colours;
+}
+
+ClayColours clay_colours(const LiveState& state, const ObjectPlaces* places)
+{
+    if (!state.document) return {};
+    return clay_colours(*state.document, state.meshes.get(), places);
 }
 
 void show_clay(EyePainter& painter, const LiveState& state, const ClayColours* colours)

@@ -19,6 +19,8 @@ inline SplatMotion splat_motion(const LiveState& state)
 bool splats_hidden(const LiveState& state);
 // Colours of objects that have one. `places`: of about this state, for the surface on the host,
 // vertex by vertex; null: by category, where all its objects have the same.
+ClayColours clay_colours(const Document& document, const std::vector<Mesh>* meshes,
+                         const ObjectPlaces* places);
 ClayColours clay_colours(const LiveState& state, const ObjectPlaces* places);
 // Sets the clay of a state in a painter, with clay_version(), without that of hidden categories.
 // `colours`: null: by category.
