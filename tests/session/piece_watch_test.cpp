@@ -92,14 +92,14 @@ class Parted : public OnBothDevices {
 };
 INSTANTIATE_TEST_SUITE_P(Session, Parted, testing::Values(false, true), device_of);
 
-constexpr int whole = 260;  // frames, more than the gesture has
+constexpr int all_frames = 260;  // frames, more than the gesture has
 
 TEST_P(Parted, AKnifeMakesTwoObjectsInTheStepOfTheHands)
 {
     std::vector<SessionEvent> log;
     Session s = begun(&log);
     const std::size_t all = s.solver->particle_count();
-    const std::vector<int> split = s.frames(whole);
+    const std::vector<int> split = s.frames(all_frames);
     ASSERT_EQ(split.size(), 1u);
     ASSERT_EQ(s.objects(), 2u);
     EXPECT_EQ(s.clay_of({1}) + s.clay_of({2}), all);
@@ -147,7 +147,7 @@ TEST_P(Parted, AKnifeMakesTwoObjectsInTheStepOfTheHands)
 TEST_P(Parted, AtTheSameFrameWithTheSameBitsAgain)
 {
     Session one = begun(), other = begun();
-    EXPECT_EQ(one.frames(whole), other.frames(whole));
+    EXPECT_EQ(one.frames(all_frames), other.frames(all_frames));
     EXPECT_TRUE(
         same_bits(one.solver->save().contents.particles, other.solver->save().contents.particles));
 }
@@ -155,7 +155,7 @@ TEST_P(Parted, AtTheSameFrameWithTheSameBitsAgain)
 TEST_P(Parted, OnlyWhereTheSceneSaysSo)
 {
     Session s = begun(nullptr, {"contact.pieces=false"});
-    EXPECT_EQ(s.frames(whole).size(), 0u);
+    EXPECT_EQ(s.frames(all_frames).size(), 0u);
     EXPECT_EQ(s.objects(), 1u);
 }
 
@@ -195,7 +195,7 @@ TEST_P(Parted, ATornObjectIsFoundWithinATenthOfASecond)
 // The fast count is that of the command: blocks that are apart, touch at a corner, are cut.
 TEST_P(Parted, PiecesAreCountedAsTheyAreSplit)
 {
-    knead::Setup setup;
+    decltype(Scene::setup) setup;
     setup.lattice = {{32, 32, 32}, 1.0 / 32};
     setup.walls = walls_inside(setup.lattice, 2, ContactMode::slip, 0);
     const double dx = setup.lattice.dx, h = dx / 2;

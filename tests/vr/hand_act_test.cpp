@@ -11,9 +11,7 @@
 namespace knead {
 namespace {
 
-using V = Vec3<double>;
-
-Hand hand_of(Side side, const Fingers& fingers, V at = {0, 0, 0})
+Hand hand_of(Side side, const Fingers& fingers, Vec3<double> at = {0, 0, 0})
 {
     const Pose pose = posed(side, {{1, 0, 0, 0}, at}, fingers);
     const Hand usual = open_hand(side);
@@ -113,7 +111,7 @@ TEST(HandAct, PointsAwayFromItsShoulderOrAsTheRuntimeSays)
     const HandAct down = reader.frame(right, found, {q({1, 0, 0}, -0.6), head.p});
     EXPECT_LT(length(down.ray - act.ray), 1e-6);
     found.aim = Joint<float>{q({0, 1, 0}, std::acos(-1.0) / 2), {0, 0, 0}};
-    EXPECT_LT(length(reader.frame(right, found, head).ray - V{-1, 0, 0}), 1e-6);
+    EXPECT_LT(length(reader.frame(right, found, head).ray - Vec3<double>{-1, 0, 0}), 1e-6);
 }
 
 TEST(HandAct, ThumbAndIndexFormARing)
@@ -127,7 +125,7 @@ TEST(HandAct, ThumbAndIndexFormARing)
         EXPECT_NEAR(length(ring->axis), 1, 1e-9);
         // All joints are around the centre, near the plane.
         for (const JointName name : {thumb_distal, thumb_tip, index_tip, index_intermediate}) {
-            const V d = cast<double>(small.joints[name].p) - ring->centre;
+            const Vec3<double> d = cast<double>(small.joints[name].p) - ring->centre;
             EXPECT_LT(length(d), 0.06);
             EXPECT_LT(std::abs(dot(d, ring->axis)), 0.025);
         }

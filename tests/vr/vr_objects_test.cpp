@@ -13,15 +13,13 @@
 namespace knead {
 namespace {
 
-using V = Vec3<double>;
-
 constexpr double hertz = 90;
 
 // A hand whose fingertips are about `place` [m].
-Hand hand_at(Side side, const Fingers& fingers, V place)
+Hand hand_at(Side side, const Fingers& fingers, Vec3<double> place)
 {
     const Pose pose = posed(side, {{1, 0, 0, 0}, {0, 0, 0}}, fingers);
-    const V shift = place - 0.5 * (pose[thumb_tip].p + pose[index_tip].p);
+    const Vec3<double> shift = place - 0.5 * (pose[thumb_tip].p + pose[index_tip].p);
     Hand hand;
     for (std::size_t j = 0; j < joint_count; ++j)
         hand.joints[j] = {cast<float>(pose[j].q), cast<float>(pose[j].p + shift)};
@@ -37,7 +35,7 @@ class VrObjects : public KneadVr {
 
     struct Pose {
         Fingers fingers;
-        V from, to;
+        Vec3<double> from, to;
     };
     Recording recording;
     // Both hands for a time; of one that is not given, nothing is tracked.
@@ -98,7 +96,7 @@ using Names = std::vector<std::string>;
 TEST_F(VrObjects, a_pinch_takes_the_ball_and_puts_it_down_elsewhere)
 {
     recording = poking(Control::choose);
-    const V top{0, radius + 0.005, 0}, higher = top + V{0.03, 0.04, 0};
+    const Vec3<double> top{0, radius + 0.005, 0}, higher = top + Vec3<double>{0.03, 0.04, 0};
     act(20, Pose{open, top, top}), act(10, Pose{pinch, top, top});
     act(40, Pose{pinch, top, higher}), act(10, Pose{pinch, higher, higher});
     act(20, Pose{open, higher, higher});
@@ -107,7 +105,7 @@ TEST_F(VrObjects, a_pinch_takes_the_ball_and_puts_it_down_elsewhere)
     const MoveObjects& moves = std::get<MoveObjects>(done[1].command);
     EXPECT_EQ(moves.objects.size(), 1u);
     ASSERT_TRUE(moves.by);
-    const V by = options.zoom * (higher - top);
+    const Vec3<double> by = options.zoom * (higher - top);
     EXPECT_LT(length(*moves.by - by), 0.05 * length(by)) << moves.by->x << " " << moves.by->y;
     EXPECT_FALSE(moves.turn);
     expect_replayed();
@@ -117,7 +115,8 @@ TEST_F(VrObjects, a_ray_takes_what_is_out_of_reach)
 {
     recording = poking(Control::choose);
     // Between the shoulder of a head at the origin and the ball.
-    const V shoulder{0.19, 0, 0.46}, from = 0.35 * shoulder, to = from + V{0, 0.05, 0};
+    const Vec3<double> shoulder{0.19, 0, 0.46}, from = 0.35 * shoulder,
+                                                to = from + Vec3<double>{0, 0.05, 0};
     act(20, Pose{open, from, from}), act(10, Pose{pinch, from, from});
     act(30, Pose{pinch, from, to}), act(20, Pose{open, to, to});
     EXPECT_EQ(names(played()), (Names{"set_hands", "move_objects"}));
@@ -126,7 +125,7 @@ TEST_F(VrObjects, a_ray_takes_what_is_out_of_reach)
 TEST_F(VrObjects, two_pinches_scale_it_and_the_other_fist_cancels)
 {
     recording = poking(Control::choose);
-    const V l{-0.045, radius, 0}, r{0.045, radius, 0}, near_l{-0.03, radius, 0},
+    const Vec3<double> l{-0.045, radius, 0}, r{0.045, radius, 0}, near_l{-0.03, radius, 0},
         near_r{0.03, radius, 0};
     const Fingers pinch_left = pinched(left);
     act(20, Pose{open, r, r}, Pose{open, l, l}), act(10, Pose{pinch, r, r}, Pose{open, l, l});
@@ -145,8 +144,9 @@ TEST_F(VrObjects, two_pinches_scale_it_and_the_other_fist_cancels)
 
     recording = poking(Control::choose);
     act(20, Pose{open, r, r}, Pose{open, l, l}), act(10, Pose{pinch, r, r}, Pose{open, l, l});
-    act(20, Pose{pinch, r, r + V{0, 0.1, 0}}, Pose{open, l, l});
-    act(20, Pose{pinch, r + V{0, 0.1, 0}, r + V{0, 0.1, 0}}, Pose{fist, l, l});
+    act(20, Pose{pinch, r, r + Vec3<double>{0, 0.1, 0}}, Pose{open, l, l});
+    act(20, Pose{pinch, r + Vec3<double>{0, 0.1, 0}, r + Vec3<double>{0, 0.1, 0}},
+        Pose{fist, l, l});
     act(20, Pose{open, r, r}, Pose{open, l, l});
     EXPECT_EQ(names(played()), Names{"set_hands"}) << "nothing was moved";
 }
@@ -154,7 +154,7 @@ TEST_F(VrObjects, two_pinches_scale_it_and_the_other_fist_cancels)
 TEST_F(VrObjects, a_pinch_lays_clay_along_its_way)
 {
     recording = poking(Control::lay);
-    const V from{-0.08, radius + 0.06, 0}, to{0.08, radius + 0.06, 0};
+    const Vec3<double> from{-0.08, radius + 0.06, 0}, to{0.08, radius + 0.06, 0};
     act(20, Pose{open, from, from}), act(10, Pose{pinch, from, from});
     act(60, Pose{pinch, from, to}), act(20, Pose{open, to, to});
     const auto done = played();
@@ -165,7 +165,7 @@ TEST_F(VrObjects, a_pinch_lays_clay_along_its_way)
     for (std::size_t i = 2; i + 1 < found.size(); ++i) EXPECT_EQ(found[i], "source_move") << i;
     EXPECT_EQ(found.back(), "source_end");
     const SourceBegin& begins = std::get<SourceBegin>(done[1].command);
-    const V at = options.at + options.zoom * from;
+    const Vec3<double> at = options.at + options.zoom * from;
     EXPECT_LT(length(begins.at - at), 0.05 * length(options.zoom * (to - from)));
     EXPECT_EQ(begins.diameter, UiState().diameter);
     const int with = report["simulation"]["particles"];
@@ -178,9 +178,10 @@ TEST_F(VrObjects, a_pinch_lays_clay_along_its_way)
 TEST_F(VrObjects, two_fists_turn_and_zoom_the_scene_and_leave_the_clay)
 {
     recording = poking(Control::choose);
-    const V l{-0.15, 0.2, 0}, r{0.15, 0.2, 0};
+    const Vec3<double> l{-0.15, 0.2, 0}, r{0.15, 0.2, 0};
     act(20, Pose{open, r, r}, Pose{open, l, l}), act(10, Pose{fist, r, r}, Pose{fist, l, l});
-    act(40, Pose{fist, r, r + V{0.1, 0, 0.1}}, Pose{fist, l, l - V{0.1, 0, 0.1}});
+    act(40, Pose{fist, r, r + Vec3<double>{0.1, 0, 0.1}},
+        Pose{fist, l, l - Vec3<double>{0.1, 0, 0.1}});
     act(30, Pose{open, r, r}, Pose{open, l, l});
     const auto done = played();
     ASSERT_EQ(names(done), (Names{"set_hands", "set_hands"}));
@@ -199,7 +200,7 @@ TEST_F(VrObjects, a_pinch_puts_down_what_is_added)
             finger.choose({Control::add, 0}, 2);
         });
     };
-    const V aside{0.13, 0.05, 0}, higher{0.13, 0.1, 0};
+    const Vec3<double> aside{0.13, 0.05, 0}, higher{0.13, 0.1, 0};
     recording = adding();
     act(20, Pose{open, aside, aside}), act(10, Pose{pinch, aside, aside});
     act(20, Pose{pinch, aside, higher}), act(10, Pose{pinch, higher, higher});
@@ -228,20 +229,20 @@ class VrControllers : public VrObjects {
         offset = reader.frame(right, held, {{1, 0, 0, 0}, {0, 0, 0}}).at.p;
     }
     // A controller that holds what is at `tips` between the fingertips for a time [s].
-    Json part(double from, double to, V tips, const Json& more = Json::object()) const
+    Json part(double from, double to, Vec3<double> tips, const Json& more = Json::object()) const
     {
-        const V grip = tips - offset;
+        const Vec3<double> grip = tips - offset;
         Json one{{"side", "right"}, {"from", from}, {"to", to}, {"at", {grip.x, grip.y, grip.z}}};
         one.update(more);
         return one;
     }
-    V offset;
+    Vec3<double> offset;
 };
 
 // The lower button of the right controller begins to choose, the trigger takes the ball.
 TEST_F(VrControllers, do_what_hands_do)
 {
-    const V at{0, radius + 0.005, 0}, up = at + V{0, 0.05, 0};
+    const Vec3<double> at{0, radius + 0.005, 0}, up = at + Vec3<double>{0, 0.05, 0};
     Json script = squeeze();
     script["controllers"] = {part(0, 0.2, at),
                              part(0.2, 0.3, at, {{"lower", 1}}),
@@ -265,15 +266,15 @@ TEST_F(VrControllers, do_what_hands_do)
 // In the ball nothing can be laid.
 TEST_F(VrControllers, pulse_while_the_nozzle_is_clogged)
 {
-    const V at{-0.03, 0, 0}, above{-0.03, 0.2, 0};
-    const auto lays = [&](V from) {
+    const Vec3<double> at{-0.03, 0, 0}, above{-0.03, 0.2, 0};
+    const auto lays = [&](Vec3<double> from) {
         Json script = squeeze();
         script["controllers"] = {part(0, 0.2, from),
                                  part(0.2, 0.3, from, {{"upper", 1}}),
                                  part(0.3, 0.6, from),
                                  part(0.6, 0.8, from, {{"trigger", 1}}),
                                  part(0.8, 1.6, from, {{"trigger", 1}, {"velocity", {0.1, 0, 0}}}),
-                                 part(1.6, 2.2, from + V{0.08, 0, 0})};
+                                 part(1.6, 2.2, from + Vec3<double>{0.08, 0, 0})};
         const Names found = names(played(script));
         EXPECT_GT(found.size(), 3u);
         EXPECT_EQ(found.at(1), "source_begin");
