@@ -21,9 +21,9 @@ namespace knead {
 namespace {
 
 #if defined(KNEAD_VERIFY) || !defined(__FMA__)
-constexpr bool as_written = true;
+constexpr bool bits_as_written = true;
 #else
-constexpr bool as_written = false;
+constexpr bool bits_as_written = false;
 #endif
 
 bool is_long() { return std::getenv("KNEAD_LONG"); }
@@ -140,7 +140,7 @@ class CaseStudies : public ::testing::TestWithParam<bool> {
     // Of the state at the end of a study, where its bits are those of the formulas as written.
     void expect_hash(const Study& study, const std::string& cpu) const
     {
-        if (GetParam() || !as_written) return;
+        if (GetParam() || !bits_as_written) return;
         EXPECT_EQ(study.hash(), cpu) << "if that is meant, say in the commit why";
     }
 };

@@ -36,14 +36,14 @@ TrackedHand controller(Side side, float trigger, float grasp)
     found.from = HandFrom::posed, found.pinch = trigger, found.grasp = grasp, found.holds = true;
     return found;
 }
-constexpr Joint<float> head{{1, 0, 0, 0}, {0, 0.4f, 0.5f}};
+constexpr Joint<float> head_pose{{1, 0, 0, 0}, {0, 0.4f, 0.5f}};
 
 TEST(HandAct, TellsAPinchFromAnOpenHandAndAFist)
 {
     for (const Side side : {left, right}) {
         HandReader reader;
         const auto act = [&](const Fingers& fingers) {
-            return reader.frame(side, seen(hand_of(side, fingers)), head);
+            return reader.frame(side, seen(hand_of(side, fingers)), head_pose);
         };
         EXPECT_FALSE(act(gripped(0)).pinches || act(gripped(0)).fist);
         const HandAct pinch = act(pinched(side));
@@ -62,7 +62,7 @@ TEST(HandAct, APinchOpensFartherThanItCloses)
     Hand hand = hand_of(right, gripped(0));
     const auto apart = [&](float by) {
         hand.joints[thumb_tip].p = hand.joints[index_tip].p + Vec3<float>{by, 0, 0};
-        return reader.frame(right, seen(hand), head).pinches;
+        return reader.frame(right, seen(hand), head_pose).pinches;
     };
     EXPECT_FALSE(apart(0.03f));
     EXPECT_TRUE(apart(0.02f));
@@ -71,7 +71,7 @@ TEST(HandAct, APinchOpensFartherThanItCloses)
     hand.valid[thumb_tip] = false;
     EXPECT_FALSE(apart(0.01f)) << "nobody knows";
     hand.tracked = false;
-    EXPECT_FALSE(reader.frame(right, seen(hand), head).tracked);
+    EXPECT_FALSE(reader.frame(right, seen(hand), head_pose).tracked);
 }
 
 TEST(HandAct, ATriggerPinchesAndAGripMakesAFist)
@@ -79,7 +79,7 @@ TEST(HandAct, ATriggerPinchesAndAGripMakesAFist)
     for (const Side side : {left, right}) {
         HandReader reader;
         const auto act = [&](float trigger, float grasp) {
-            return reader.frame(side, controller(side, trigger, grasp), head);
+            return reader.frame(side, controller(side, trigger, grasp), head_pose);
         };
         const HandAct open = act(0, 0);
         EXPECT_TRUE(open.tracked && open.by_controller);
@@ -100,7 +100,7 @@ TEST(HandAct, PointsAwayFromItsShoulderOrAsTheRuntimeSays)
 {
     HandReader reader;
     TrackedHand found = seen(hand_of(right, gripped(0), {0.2, 0, 0}));
-    const HandAct act = reader.frame(right, found, head);
+    const HandAct act = reader.frame(right, found, head_pose);
     EXPECT_NEAR(length(act.ray), 1, 1e-9);
     EXPECT_LT(act.ray.z, -0.8) << "forward";
     EXPECT_LT(std::abs(act.ray.x), 0.3);
@@ -108,10 +108,10 @@ TEST(HandAct, PointsAwayFromItsShoulderOrAsTheRuntimeSays)
     const auto q = [](Vec3<double> axis, double angle) {
         return cast<float>(turn_about(axis, angle));
     };
-    const HandAct down = reader.frame(right, found, {q({1, 0, 0}, -0.6), head.p});
+    const HandAct down = reader.frame(right, found, {q({1, 0, 0}, -0.6), head_pose.p});
     EXPECT_LT(length(down.ray - act.ray), 1e-6);
     found.aim = Joint<float>{q({0, 1, 0}, std::acos(-1.0) / 2), {0, 0, 0}};
-    EXPECT_LT(length(reader.frame(right, found, head).ray - Vec3<double>{-1, 0, 0}), 1e-6);
+    EXPECT_LT(length(reader.frame(right, found, head_pose).ray - Vec3<double>{-1, 0, 0}), 1e-6);
 }
 
 TEST(HandAct, ThumbAndIndexFormARing)

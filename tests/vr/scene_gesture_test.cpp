@@ -11,13 +11,13 @@ namespace {
 
 using Fists = std::array<Vec3<double>, 2>;
 
-constexpr Vec3<double> at{3, 2, 1};  // of the hands in the simulation
+constexpr Vec3<double> hands_at{3, 2, 1};  // of the hands in the simulation
 
 // What the simulation has at a point of the headset's frame.
 Vec3<double> clay_at(const ScenePlace& place, Vec3<double> p)
 {
     const Joint<float> in = in_hands(place.workplace, {{1, 0, 0, 0}, cast<float>(p)});
-    return at + place.zoom * cast<double>(in.p);
+    return hands_at + place.zoom * cast<double>(in.p);
 }
 
 TEST(SceneGesture, NeedsTwoFists)

@@ -266,7 +266,7 @@ TEST_F(VrControllers, do_what_hands_do)
 // In the ball nothing can be laid.
 TEST_F(VrControllers, pulse_while_the_nozzle_is_clogged)
 {
-    const Vec3<double> at{-0.03, 0, 0}, above{-0.03, 0.2, 0};
+    const Vec3<double> at{-0.03, 0, 0}, higher{-0.03, 0.2, 0};
     const auto lays = [&](Vec3<double> from) {
         Json script = squeeze();
         script["controllers"] = {part(0, 0.2, from),
@@ -282,7 +282,7 @@ TEST_F(VrControllers, pulse_while_the_nozzle_is_clogged)
         for (const Json& line : log) pulses += line.contains("haptic") && line["strength"] > 0.55;
         return pulses;
     };
-    EXPECT_EQ(lays(above), 0);
+    EXPECT_EQ(lays(higher), 0);
     EXPECT_GT(lays(at), 10);
 }
 
