@@ -106,11 +106,12 @@ SceneSettings settings_in(ObjectReader& r)
     SceneSettings s;
     s.gravity = r.vector("gravity", {-most_gravity, most_gravity, "m/s^2"});
     required_object(r, "walls", [&](ObjectReader& in) { s.walls = walls_in(in); });
-    // Older documents have none: their clay welds.
-    r.object("contact", [&](ObjectReader& in) {
-        s.contact.separate = in.choice("categories", category_contacts, s.contact.separate);
-        s.contact.friction = in.number("friction", {0, most_body_friction}, s.contact.friction);
-    });
+    if (r.has("contact"))
+        r.object("contact", [&](ObjectReader& in) {
+            in.required("categories", "a name");
+            s.contact.separate = in.choice("categories", category_contacts, false);
+            s.contact.friction = in.number("friction", {0, most_body_friction});
+        });
     s.cells = required_whole(r, "cells", 8, 1024);
     s.surface_nodes = required_whole(r, "surface", fewest_surface_nodes, most_lattice_nodes);
     return s;
@@ -168,18 +169,19 @@ std::string document_text(const Document& d)
     const auto hand = [&](Side side) {
         return Json{{"present", h.present[side]}, {"held", h.held[side]}};
     };
-    return Json{
+    Json text{
         {"objects", std::move(objects)},
         {"gravity", triple(s.gravity)},
         {"walls", json_of(s.walls)},
-        {"contact",
-         {{"categories", name_of(category_contacts, s.contact.separate)},
-          {"friction", s.contact.friction}}},
         {"cells", s.cells},
         {"surface", s.surface_nodes},
         {"hands",
-         {{"left", hand(left)}, {"right", hand(right)}, {"zoom", h.zoom}, {"at", triple(h.at)}}}}
-        .dump(-1, ' ', false, Json::error_handler_t::replace);
+         {{"left", hand(left)}, {"right", hand(right)}, {"zoom", h.zoom}, {"at", triple(h.at)}}}};
+    // Not written if it is that of documents of before it existed.
+    if (s.contact != BodyContact{})
+        text["contact"] = {{"categories", name_of(category_contacts, s.contact.separate)},
+                           {"friction", s.contact.friction}};
+    return text.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 Document parse_document(const std::string& text, const std::string& file, const std::string& folder)

@@ -448,10 +448,9 @@ void SceneEditor::synchronise(const DocumentPtr& to, PreparedObject* ready)
 void SceneEditor::make(const Document& to, NewClay& added)
 {
     EditableSimulator* const s = parts.simulator;
-    const SceneSettings &was = *now->scene, &is = *to.scene;
     // What all clay permits first, what only some permits last.
-    const bool touches = was.contact != is.contact;
-    if (touches && !is.contact.separate) s->set_contact(is.contact);
+    const BodyContact& contact = to.scene->contact;
+    if (now->scene->contact != contact && !contact.separate) s->set_contact(contact);
     bool clay = false;
     std::vector<int> gone;
     for (const auto& o : now->objects)
@@ -493,17 +492,25 @@ void SceneEditor::make(const Document& to, NewClay& added)
                 parts.splats.set_material(number, material, *s);
         }
     }
+    if (clay) parts.loop.clay_edited(), ++clay_count;
+    make_surroundings(to);
+}
+
+// Gravity, walls, hands, contact of objects, and the surface.
+void SceneEditor::make_surroundings(const Document& to)
+{
+    EditableSimulator* const s = parts.simulator;
+    const SceneSettings &was = *now->scene, &is = *to.scene;
     const Vec3<double> gravity = gravity_of(to);
     if (!equal(gravity_of(*now), gravity)) s->set_gravity(gravity);
     if (!same(was.walls, is.walls)) s->set_walls(walls_of(to));
-    if (clay) parts.loop.clay_edited(), ++clay_count;
     const bool hands = !equal(*now->hands, *to.hands);
     const auto set_hands = [&](const Document& of) {
         parts.set_hands(hands_with(parts.scene.hands, *of.hands, parts.scene.origin));
     };
     if (hands) set_hands(to);
     try {
-        if (touches && is.contact.separate) s->set_contact(is.contact);
+        if (was.contact != is.contact && is.contact.separate) s->set_contact(is.contact);
         if (was.surface_nodes != is.surface_nodes && parts.set_surface)
             parts.set_surface(is.surface_nodes);
     } catch (...) {

@@ -163,6 +163,7 @@ class SceneEditor {
     NewClay new_clay(const Document& to, PreparedObject* ready) const;
     void check(const Document& to) const;
     void make(const Document& to, NewClay& added);
+    void make_surroundings(const Document& to);
     WallOptions walls_of(const Document& document) const;
     bool local(ObjectId object) const;
     RigidMotion<double> in_simulation(const RigidMotion<double>& pose) const;

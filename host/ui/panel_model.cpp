@@ -342,6 +342,30 @@ std::vector<Command> add_command(const LiveState& state, const UiState& ui,
     return {AddObject{new_object(state, recent, new_shapes[std::size_t(*at)], material, ui.text)}};
 }
 
+// Of gravity, contact of objects, cells and surface.
+std::vector<Command> scene_command(const ControlEvent& event)
+{
+    const double* const number = value_of<double>(event);
+    const int* const whole = value_of<int>(event);
+    switch (event.id.control) {
+        case Control::gravity:
+            if (number) return {SetGravity{{0, 0.0 - *number, 0}}};
+            return {};
+        case Control::contact:
+            if (whole) return {SetContact{CategoryContact(std::clamp(*whole, 0, 1)), {}}};
+            return {};
+        case Control::contact_friction:
+            if (number) return {SetContact{{}, *number}};
+            return {};
+        case Control::cells:
+            if (whole) return {SetLattice{*whole}};
+            return {};
+        default:
+            if (whole) return {SetSurface{*whole}};
+            return {};
+    }
+}
+
 std::vector<Command> tool_command(const ControlEvent& event)
 {
     const int* const at = value_of<int>(event);
@@ -623,23 +647,11 @@ std::vector<Command> commands_for(const LiveState& state, const UiState& ui,
         case Control::recorded:
             return {Play{on()}};
         case Control::gravity:
-            if (const double* const value = value_of<double>(event))
-                return {SetGravity{{0, 0.0 - *value, 0}}};
-            return {};
         case Control::contact:
-            if (const int* const value = value_of<int>(event))
-                return {SetContact{CategoryContact(std::clamp(*value, 0, 1)), {}}};
-            return {};
         case Control::contact_friction:
-            if (const double* const value = value_of<double>(event))
-                return {SetContact{{}, *value}};
-            return {};
         case Control::cells:
-            if (const int* const value = value_of<int>(event)) return {SetLattice{*value}};
-            return {};
         case Control::surface:
-            if (const int* const value = value_of<int>(event)) return {SetSurface{*value}};
-            return {};
+            return scene_command(event);
         default:
             return arranging_command(state, ui, event);
     }

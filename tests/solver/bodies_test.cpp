@@ -686,6 +686,7 @@ TEST_P(Bodies, AreAsTheReferenceHasThemWithAKnifeToo)
 // simulator, has the same bits, though colours have changed since.
 TEST_P(Bodies, ShareColoursByWhereTheyAreNow)
 {
+    if (GetParam().device && !GetParam().deterministic) GTEST_SKIP() << "sums in any order";
     Given s = box({34, 12, 12}, 0.4);
     s.deterministic = true;
     for (int k = 0; k < 6; ++k) put(s, {1 + 5.2 * k, 1, 2}, {4, 4, 6});
