@@ -39,8 +39,9 @@ struct Journal::Work {
     struct RequestedSave {
         std::string to;
         std::function<std::vector<Chunk>()> more;
-        std::function<void(const std::string&)> written;
+        std::vector<std::function<void(const std::string&)>> written;
         std::function<bool(const ChunkHead&)> keep;
+        bool begun = false;
     };
 
     Work(const std::string& file, Options by) : options(by), writer(file) { begin(); }
@@ -266,6 +267,7 @@ std::string Journal::Work::try_to_write(std::deque<WaitingChunk>& group, long& l
 
 void Journal::Work::begin_save(Held& held)
 {
+    saves.front().begun = true;
     write_group(held);
     const RequestedSave& save = saves.front();  // stays: others are added behind it
     std::vector<std::shared_ptr<const Chunk>> kept;
@@ -325,7 +327,8 @@ void Journal::Work::end_save(Held& held)
     std::thread ended = std::move(copier);
     held.unlock();
     if (ended.joinable()) ended.join();
-    if (save.written) save.written(why);
+    for (const auto& written : save.written)
+        if (written) written(why);
     held.lock();
 }
 
@@ -365,9 +368,19 @@ void Journal::save(const std::string& to, std::function<std::vector<Chunk>()> mo
                    std::function<void(const std::string&)> written,
                    std::function<bool(const ChunkHead&)> keep)
 {
+    Work::RequestedSave one{to, std::move(more), {}, std::move(keep)}, before;
     {
         const Work::Held held(work->lock);
-        work->saves.push_back({to, std::move(more), std::move(written), std::move(keep)});
+        const auto same = std::ranges::find_if(work->saves, [&](const Work::RequestedSave& other) {
+            return !other.begun && other.to == to;
+        });
+        if (same != work->saves.end()) {
+            before = std::move(*same);  // freed without the lock
+            one.written = std::move(before.written);
+            work->saves.erase(same);
+        }
+        one.written.push_back(std::move(written));
+        work->saves.push_back(std::move(one));
     }
     work->wake.notify_one();
 }

@@ -57,7 +57,8 @@ class Journal {
     // group there; then `written` (with "", or why not) is called. Both are called on the journal's
     // thread, must not throw, and may add(). Frames go on, and so do commits. While there is
     // trouble with the log, the file gets what waits as well. `keep`: which chunks of the log are
-    // copied; null: all.
+    // copied; null: all. A save that waits for its turn is done by a later one of the same file:
+    // each holds a state, and a slow disk must not gather them.
     void save(const std::string& to, std::function<std::vector<Chunk>()> more,
               std::function<void(const std::string& why_not)> written,
               std::function<bool(const ChunkHead&)> keep = {});

@@ -430,6 +430,34 @@ TEST_F(JournalTest, SavesAreMadeInTheirOrderAndBeforeItsEnd)
     EXPECT_EQ(ids_in(copy), up_to(5));
 }
 
+// While one is written, the others of the same file become one.
+TEST_F(JournalTest, SavesOfOneFileThatWaitAreOne)
+{
+    std::vector<int> order;
+    std::atomic<int> made = 0;
+    std::promise<void> begun, goes_on;
+    {
+        Journal journal(file, never_alone);
+        const auto save = [&](int i, std::function<std::vector<Chunk>()> more) {
+            journal.add(numbered(std::uint64_t(i)));
+            journal.save(copy, std::move(more),
+                         [&order, i](const std::string&) { order.push_back(i); });
+        };
+        save(1, [&] {
+            ++made, begun.set_value();
+            goes_on.get_future().wait();
+            return std::vector<Chunk>{};
+        });
+        begun.get_future().wait();
+        for (int i = 2; i <= 100; ++i) save(i, [&] { return ++made, std::vector<Chunk>{}; });
+        goes_on.set_value();
+    }
+    EXPECT_EQ(made, 2);
+    EXPECT_EQ(order.size(), 100u);
+    EXPECT_TRUE(std::ranges::is_sorted(order));
+    EXPECT_EQ(ids_in(copy), up_to(100));
+}
+
 TEST_F(JournalTest, ASaveThatFailsSaysWhyAndTheLogGoesOn)
 {
     Journal journal(file, often);
