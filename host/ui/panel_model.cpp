@@ -70,7 +70,10 @@ class Builder {
         if (!(row.shown & ui.place)) return nullptr;
         auto at = std::find_if(model.sections.begin(), model.sections.end(),
                                [&](const PanelSection& s) { return s.part == row.part; });
-        if (at == model.sections.end()) at = model.sections.insert(at, PanelSection{row.part, {}});
+        if (at == model.sections.end()) {
+            at = model.sections.insert(at, PanelSection{row.part, {}});
+            at->controls.reserve(32);
+        }
         ControlState& one = at->controls.emplace_back();
         one.id = {control, index}, one.label = row.label, one.value = std::move(value);
         return &one;

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "host/ui/panel_refresh.h"
 #include "tests/vr/panel_drivers.h"
 #if KNEAD_HAS_GL
 #include "render/context.h"
@@ -136,8 +137,9 @@ TEST_F(PanelDrawn, FitsIntoWindowsOfAnySizeAndScale)
     }
 }
 
-// Medians of 200 frames: model and layout, calls of OpenGL, time of the GPU. A graphics card has to
-// keep what a frame may cost: 0.2 ms in the window, 0.3 ms in the headset with its mipmaps.
+// As window and headset draw it: laid out when something has changed, here in every tenth frame of
+// 400. A graphics card has to keep what a frame may cost, 0.2 ms in the window and 0.3 ms in the
+// headset with its mipmaps, in the mean.
 TEST_F(PanelDrawn, TakesLittleOfAFrame)
 {
     const auto median = [](std::vector<double> all) {
@@ -149,6 +151,7 @@ TEST_F(PanelDrawn, TakesLittleOfAFrame)
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };
     const bool card = context->name().find("NVIDIA") != std::string::npos;
+    constexpr int frames = 400;
     for (const unsigned place : {unsigned(in_window), unsigned(in_headset)}) {
         PanelSession session(place);
         const bool window = place == in_window;
@@ -162,30 +165,42 @@ TEST_F(PanelDrawn, TakesLittleOfAFrame)
         glNamedFramebufferTexture(target, GL_COLOR_ATTACHMENT0, picture, 0);
         TimeGraph times;
         DrawTimer timer;
+        PanelRefresh refresh;
         std::vector<double> laid_out, called, drawn;
-        for (int i = 0; i < 200; ++i) {
+        double all = 0;
+        for (int i = 0; i < frames; ++i) {
             const auto begin = std::chrono::steady_clock::now();
             session.panel.refresh(*session.live.state());
-            panel->frame(session.panel.model(), times, {}, width, height);
-            laid_out.push_back(seconds_since(begin));
-            const auto drawing = std::chrono::steady_clock::now();
-            timer.begin(1);
-            panel->draw(target);
-            if (!window) glGenerateTextureMipmap(picture);
-            timer.end();
-            called.push_back(seconds_since(drawing));
-            glFinish();
-            while (const auto reading = timer.poll()) drawn.push_back(reading->seconds);
+            const bool due = refresh.due(session.panel.model(), i % 10 == 0, *panel, 1.0 / 90);
+            if (due) panel->frame(session.panel.model(), times, {}, width, height);
+            const double layout = seconds_since(begin);
+            if (due) laid_out.push_back(layout);
+            double calls = 0;
+            if (window || due) {  // the headset keeps the picture
+                const auto drawing = std::chrono::steady_clock::now();
+                timer.begin(1);
+                panel->draw(target);
+                if (!window) glGenerateTextureMipmap(picture);
+                timer.end();
+                calls = seconds_since(drawing);
+                called.push_back(calls);
+                glFinish();
+                while (const auto reading = timer.poll()) drawn.push_back(reading->seconds);
+            }
+            all += layout + calls;
         }
         const double layout = median(laid_out), calls = median(called), gpu = median(drawn);
         std::printf(
-            "%s: model and layout %.3f ms, calls of OpenGL %.3f ms, drawing %.3f ms on %s\n",
-            window ? "window" : "headset", 1e3 * layout, 1e3 * calls, 1e3 * gpu,
+            "%s: a frame takes %.3f ms; when laid out model and layout take %.3f ms; calls of "
+            "OpenGL %.3f ms, drawing %.3f ms on %s\n",
+            window ? "window" : "headset", 1e3 * all / frames, 1e3 * layout, 1e3 * calls, 1e3 * gpu,
             context->name().c_str());
         EXPECT_LT(layout, 5e-3);
-        EXPECT_GT(drawn.size(), 100u);
+        EXPECT_GT(laid_out.size(), std::size_t(frames / 10));
+        EXPECT_LT(laid_out.size(), std::size_t(frames / 2));
+        EXPECT_GT(drawn.size(), window ? 200u : 50u);
         if (card) {
-            EXPECT_LT(layout + std::max(calls, gpu), window ? 0.2e-3 : 0.3e-3);
+            EXPECT_LT(all / frames + std::max(0.0, gpu - calls), window ? 0.2e-3 : 0.3e-3);
         }
     }
 }
